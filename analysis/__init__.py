@@ -1,0 +1,1 @@
+"""Pixels to knowledge: estimators, round trips, studies, and real against simulated."""

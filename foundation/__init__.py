@@ -1,0 +1,4 @@
+"""What every folder stands on: errors for people, strict documents, safe files, arithmetic.
+
+Nothing here knows about cameras.
+"""

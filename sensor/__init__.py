@@ -1,0 +1,1 @@
+"""Photo-electrons to pixels: camera, one file per effect, protocol, capture, frames, truth."""
