@@ -1,0 +1,65 @@
+# One command per habit. Each target stands alone: on a fresh machine with Python 3.11 or newer and
+# make, it builds .venv from requirements.lock first; afterwards it starts at once.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+JOBS ?= auto
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo check format lint types imports test bench docs lock
+
+help:  ## list these commands
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(READY)  ## make the virtual environment .venv from pinned versions
+
+demo: $(READY)  ## render, capture, measure, compare with the truth: camtruth-out/demo/report.html
+	$(BIN)/camtruth demo --overwrite
+
+check: format lint types imports test  ## format, lint, strict types, import order, tests
+
+test: $(READY)  ## the tests alone
+	$(BIN)/python -m pytest -n $(JOBS)
+
+bench: $(READY)  ## speeds as ratios in one run
+	$(BIN)/python -m benchmarks
+
+docs: $(READY)  ## write docs/effects.md and the figures of the README anew from the code
+	$(BIN)/python -m docs
+
+format: $(READY)
+	$(BIN)/ruff format --check .
+
+lint: $(READY)
+	$(BIN)/ruff check .
+
+types: $(READY)
+	$(BIN)/mypy
+
+imports: $(READY)
+	$(BIN)/lint-imports
+
+# The packages are installed only when their list, or the way this one is built, has changed.
+$(READY): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "make: $(PYTHON) is $$($(PYTHON) --version 2>&1); camtruth needs Python 3.11 or newer;" \
+	    "install one and name it, as in: make PYTHON=python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "make: $(PYTHON) cannot make virtual environments;" \
+	    "expected its venv module; install it (Debian: apt install python3-venv)" >&2; exit 1; }
+	@echo "Making $(VENV) from requirements.lock: once, for a minute or two."
+	@$(PYTHON) -m venv --clear $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation \
+	  --editable .
+	@touch $@
+
+lock:
+	uv pip compile pyproject.toml --group build --extra dev --universal --python-version 3.11 \
+	  --fork-strategy fewest --no-header --no-annotate --quiet --output-file requirements.lock.new
+	{ head -2 requirements.lock; grep -v "python_full_version >= '3.15'" requirements.lock.new \
+	  | sed "s/ ; python_full_version < '3.15'$$//; s/python_full_version < '3.15' and //"; } \
+	  > requirements.lock.merged
+	mv requirements.lock.merged requirements.lock
+	rm requirements.lock.new
