@@ -1,0 +1,254 @@
+"""A camera: its format, its conversion, and the effects along its signal path.
+
+The paper's equation (1),
+
+    N_cap = (I x PRNU + SN_ph(I) + I + FPN + SN_dark + N_read) x N_D x N_filt + N_Q,
+
+is the camera whose effects are `prnu`, `dark_shot`, `photon_shot`, `fpn`, `read_noise`, `demosaic`
+and `quantization`. N_filt is whatever stands in the processing stage after the demosaicer; by
+default nothing does, which is the paper's identity.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.backend import Backend, backend
+from sensor.colours import Colours
+from sensor.conversion import digitise, expose
+from sensor.effect import Effect
+from sensor.errors import CameraError
+from sensor.frames import PIXELS, Pixels
+from sensor.protocol import Shot
+from sensor.signal import Format, Quantity, Signal
+from sensor.stream import Stream
+
+E = TypeVar("E", bound=Effect)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A camera body.
+
+    Attributes:
+        name: what to call it.
+        width, height: pixels.
+        pixels: what leaves it: rgb8, bayer8, bayer16, mono8 or mono16.
+        bits: significant bits of a pixel.
+        cfa: colours of the pixels (0,0) (0,1) (1,0) (1,1); ``"GGGG"`` without a mosaic.
+        gain_dn_per_e: conversion by colour.
+        black_dn: black level.
+        sensitivity: its photo-electrons per photo-electron of the rate image, by colour.
+        effects: in physical order.
+        body_seed: what makes this body's fixed patterns differ from another's.
+    """
+
+    name: str
+    width: int = 640
+    height: int = 480
+    pixels: Pixels = "rgb8"
+    bits: int = 8
+    cfa: str = "RGGB"
+    gain_dn_per_e: Colours
+    black_dn: float = 0.0
+    sensitivity: Colours = field(default_factory=lambda: Colours.of(1.0))
+    effects: tuple[Effect, ...] = ()
+    body_seed: int = 0
+
+    def __post_init__(self) -> None:
+        if len(self.cfa) != 4 or set(self.cfa) - set("RGB"):
+            raise CameraError(f"cfa '{self.cfa}'", "expected four of R, G, B", 'as in "RGGB"')
+        if not 1 <= self.bits <= 8 * np.dtype(PIXELS[self.pixels][1]).itemsize:
+            raise CameraError(
+                f"{self.bits} bits in {self.pixels}", "expected them to fit", "correct one of them"
+            )
+        if min(self.gain_dn_per_e) <= 0 or min(self.sensitivity) < 0:
+            raise CameraError(
+                f"camera '{self.name}' with a gain that is not above 0 or a negative sensitivity",
+                "expected positive figures",
+                "correct gain_dn_per_e or sensitivity",
+            )
+        for first, second in zip(self.effects, self.effects[1:], strict=False):
+            if first.name == second.name:
+                raise CameraError(
+                    f"effect '{first.name}' twice", "expected each effect once", "remove one"
+                )
+            if first.place() > second.place():
+                raise CameraError(
+                    f"effect '{first.name}' before effect '{second.name}'",
+                    f"expected the order of the signal path: '{second.name}' comes first",
+                    "swap them",
+                )
+
+    @property
+    def format(self) -> Format:
+        """What its effects may know of it."""
+        return Format(
+            height=self.height,
+            width=self.width,
+            cfa=self.cfa,
+            bits=self.bits,
+            gain_dn_per_e=self.gain_dn_per_e,
+            black_dn=self.black_dn,
+        )
+
+    @property
+    def history_frames(self) -> int:
+        """How many frames must run in before the first one."""
+        return sum(effect.history_frames for effect in self.effects)
+
+    def get(self, kind: type[E]) -> E | None:
+        """The effect of a kind, if this camera has it."""
+        return next((effect for effect in self.effects if isinstance(effect, kind)), None)
+
+    def plus(self, *effects: Effect) -> Camera:
+        """The same camera with more effects, each in its place; one of the same kind is replaced."""
+        names = {effect.name for effect in effects}
+        kept = [effect for effect in self.effects if effect.name not in names]
+        ordered = sorted([*kept, *effects], key=lambda effect: effect.place())
+        return dataclasses.replace(self, effects=tuple(ordered))
+
+    def without(self, *kinds: type[Effect]) -> Camera:
+        """The same camera with some kinds of effect taken out."""
+        return dataclasses.replace(
+            self, effects=tuple(e for e in self.effects if not isinstance(e, kinds))
+        )
+
+    def with_body(self, body_seed: int) -> Camera:
+        """Another body of the same make."""
+        return dataclasses.replace(self, body_seed=body_seed)
+
+    def resized(self, height: int, width: int) -> Camera:
+        """The same camera with another number of pixels: a crop that keeps the colour phase."""
+        return dataclasses.replace(self, height=height, width=width)
+
+
+def light_on(camera: Camera, shot: Shot, rates: Mapping[str, NDArray[np.float32]]) -> NDArray[Any]:
+    """Photo-electrons per second of the shot: the sum of its lamps at their levels, (H, W, 3).
+
+    Raises:
+        CameraError: when a lamp has no rate image, or one of another size.
+    """
+    total = np.zeros((camera.height, camera.width, 3), dtype=np.float32)
+    for lamp, level in zip(shot.light, shot.level, strict=True):
+        if shot.dark:
+            break
+        if lamp not in rates:
+            raise CameraError(
+                f"shot '{shot.label}' is lit by '{lamp}', which has no rate image",
+                f"expected one of {', '.join(sorted(rates)) or 'none at all'}",
+                f"render it, or pass --rate {lamp}=FILE",
+            )
+        if rates[lamp].shape != total.shape:
+            h, w = rates[lamp].shape[:2]
+            raise CameraError(
+                f"the rate image of '{lamp}' has {w} x {h} pixels",
+                f"expected {camera.width} x {camera.height} as camera '{camera.name}' has",
+                "render it at that size",
+            )
+        total += np.float32(level) * rates[lamp]
+    sensitivity = np.array(list(camera.sensitivity), dtype=np.float32)
+    return total * sensitivity
+
+
+def simulate(
+    camera: Camera,
+    shot: Shot,
+    rates: Mapping[str, NDArray[np.float32]],
+    *,
+    seed: int = 0,
+    frames: range | None = None,
+    where: Backend | None = None,
+    until: Quantity = Quantity.CODE,
+) -> Signal:
+    """A batch of frames of one shot, as a signal on the backend.
+
+    Args:
+        camera: the camera.
+        shot: the shot.
+        rates: photo-electrons per second by lamp at level 1, each (H, W, 3).
+        seed: seed of everything that is not fixed in the camera body.
+        frames: which frames of the shot; all by default.
+        where: the backend; the fastest by default.
+        until: stop before the first effect past this quantity.
+    """
+    where = where or backend()
+    wanted = range(shot.frames) if frames is None else frames
+    batch = range(wanted.start - camera.history_frames, wanted.stop)
+    signal = Signal(
+        value=where.tensor(light_on(camera, shot, rates)[None]),
+        quantity=Quantity.RATE,
+        format=camera.format,
+        shot=shot,
+        frames=batch,
+        backend=where,
+    )
+    for effect in camera.effects:
+        if effect.quantity().place > until.place:
+            break
+        signal = _reach(signal, effect.quantity())
+        signal = effect.apply(signal, stream_of(camera, effect, shot, seed, batch, where))
+    signal = _reach(signal, until)
+    if signal.shape[0] == len(batch) and len(batch) > len(wanted):
+        return dataclasses.replace(
+            signal, value=signal.value[camera.history_frames :], frames=wanted
+        )
+    return dataclasses.replace(signal, frames=wanted)
+
+
+def stream_of(
+    camera: Camera, effect: Effect, shot: Shot, seed: int, frames: range, where: Backend
+) -> Stream:
+    """The random numbers of one effect of a camera in one shot."""
+    return Stream(
+        backend=where,
+        seed=seed,
+        body_seed=camera.body_seed,
+        effect=effect.name,
+        shot=shot.label,
+        frames=frames,
+    )
+
+
+def _reach(signal: Signal, quantity: Quantity) -> Signal:
+    """Convert the signal step by step until it is the wanted quantity."""
+    if signal.quantity is Quantity.RATE and quantity.place > Quantity.RATE.place:
+        signal = expose(signal)
+    if signal.quantity is Quantity.ELECTRONS and quantity.place > Quantity.ELECTRONS.place:
+        signal = digitise(signal)
+    if signal.quantity is Quantity.DN and quantity is Quantity.CODE:
+        signal = dataclasses.replace(signal, quantity=Quantity.CODE)
+    return signal
+
+
+def pixels_of(camera: Camera, signal: Signal) -> NDArray[Any]:
+    """The frames as they leave the camera: (N, H, W, 3) or (N, H, W) of its pixel type.
+
+    A camera without a demosaicer that is to give rgb8, or with one that is not, is a mistake.
+    """
+    dimensions, kind = PIXELS[camera.pixels]
+    if len(signal.shape) != dimensions:
+        raise CameraError(
+            f"camera '{camera.name}' gives {camera.pixels} "
+            f"{'without' if dimensions == 4 else 'with'} a demosaicer",
+            "expected a demosaicer for rgb8 and none otherwise",
+            "add or remove the effect 'demosaic', or change 'pixels'",
+        )
+    values = signal.value
+    if kind is np.uint8 and signal.backend.jit:
+        codes = signal.backend.arrays.TensorXu8(values).numpy()
+        stack = np.asarray(codes).reshape(signal.shape)
+    else:
+        stack = np.asarray(values.numpy()).reshape(signal.shape).astype(kind)
+    return np.broadcast_to(stack, (len(signal.frames), *stack.shape[1:]))
+
+
+def in_order(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Effects sorted along the signal path."""
+    return tuple(sorted(effects, key=lambda effect: effect.place()))

@@ -1,0 +1,29 @@
+"""The two conversions that every camera makes: light to charge, and charge to numbers."""
+
+from __future__ import annotations
+
+from sensor.signal import Quantity, Signal
+
+
+def expose(signal: Signal) -> Signal:
+    """Integrate the light and look through the colour filters.
+
+    electrons(y, x) = rate(y, x, colour of (y, x)) x exposure: a mean, before its shot noise.
+    """
+    import drjit as dr
+
+    f, height, width, _ = signal.shape
+    flat = signal.value.array
+    charge = dr.gather(type(flat), flat, signal.mosaic_index()) * float(signal.shot.exposure_s)
+    value = type(signal.value)(charge, (f, height, width))
+    return signal.replace(value, quantity=Quantity.ELECTRONS)
+
+
+def digitise(signal: Signal) -> Signal:
+    """Amplify and offset: DN = gain x (electrons - clamped dark charge) + black level.
+
+    The converter's rounding is the effect `quantization`.
+    """
+    gain = signal.by_colour(signal.format.gain_dn_per_e)
+    value = (signal.value - signal.clamp_e) * gain + signal.format.black_dn
+    return signal.replace(value, quantity=Quantity.DN, clamp_e=0.0)

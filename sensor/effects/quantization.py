@@ -1,0 +1,31 @@
+"""Quantization."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensor.effect import Effect, Stage
+from sensor.signal import Quantity, Signal
+from sensor.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantization(Effect):
+    """Round to the nearest whole DN, and clip to the range of the bits.
+
+    Adds a variance of 1/12 DN^2 where the noise is well above a step, and anything between nothing
+    and much where it is not.
+    """
+
+    name: ClassVar[str] = "quantization"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    position: ClassVar[int] = 1000
+    base: ClassVar[bool] = True
+    reference: ClassVar[str] = "Irie et al., equations (1) and (2)"
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        import drjit as dr
+
+        code = dr.clip(dr.round(signal.value), 0.0, float(signal.format.top_dn))
+        return signal.replace(code, quantity=Quantity.CODE)

@@ -1,0 +1,59 @@
+"""Poisson counts from one random number each, without rejection, so that lanes never diverge.
+
+Below `SMALL_MEAN` the distribution function is summed until it passes the uniform number: exact.
+Above, the count is the integer part of the Poisson quantile's expansion in the normal one w,
+
+    Q(w) = m + w sqrt(m) + (1/3 + w^2/6) - (w/36 + w^3/72)/sqrt(m)
+             + (-8/405 + 7 w^2/810 + w^4/270)/m
+
+(Giles, "Approximation of the inverse Poisson cumulative distribution function", ACM TOMS 42, 2016,
+equation for Q_N3). The distribution function of such counts is off by at most 3.1e-5 at mean 12,
+1.5e-6 at mean 50, and their mean by 3e-7 e- at most.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+SMALL_MEAN = 12.0
+"""Mean in e- from which the expansion is used."""
+
+_MOST = 60
+"""A count that a mean below `SMALL_MEAN` exceeds with probability below 1e-20."""
+
+
+def large_mean_quantile(mean: Any, normal: Any) -> Any:
+    """Counts from standard normal numbers; only right for means of `SMALL_MEAN` and more."""
+    import drjit as dr
+
+    m = dr.maximum(mean, SMALL_MEAN)
+    w, root = normal, dr.sqrt(m)
+    w2 = w * w
+    q = (
+        m
+        + w * root
+        + (1 / 3 + w2 / 6)
+        - w * (1 / 36 + w2 / 72) / root
+        + (w2 * (7 / 810 + w2 / 270) - 8 / 405) / m
+    )
+    return dr.maximum(dr.floor(q), 0.0)
+
+
+def small_mean_count(mean: Any, uniform: Any) -> Any:
+    """Counts from uniform numbers by summing the distribution function; for small means."""
+    import drjit as dr
+
+    m = dr.clip(mean, 0.0, SMALL_MEAN)
+    term = dr.exp(-m)
+    active = mean < SMALL_MEAN
+
+    def go_on(count: Any, term: Any, total: Any, mean: Any) -> Any:
+        return active & (uniform >= total) & (count < _MOST)
+
+    def step(count: Any, term: Any, total: Any, mean: Any) -> tuple[Any, Any, Any, Any]:
+        count = count + 1.0
+        term = term * mean / count
+        return count, term, total + term, mean
+
+    start = (dr.zeros(type(mean), dr.width(mean)), term, term, m)
+    return dr.while_loop(start, go_on, step, labels=("count", "term", "total", "mean"))[0]

@@ -1,0 +1,163 @@
+"""The signal on its way through the camera, and the four quantities it can be.
+
+    rate        (f, H, W, 3)  photo-electrons per second under each colour filter, f = 1 or F
+    electrons   (f, H, W)     charge of each pixel in e-; a mean until photon shot noise draws it
+    DN          (F, H, W) or (F, H, W, 3)  output of the converter, not rounded yet
+    code        the same shapes, whole numbers: what leaves the camera
+
+F is the number of frames in the batch. An axis of length 1 stands for "the same in every frame"
+and broadcasts, so that nothing is computed per frame before it differs per frame.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.backend import Backend
+from sensor.colours import Colours
+from sensor.protocol import Shot
+
+
+class Quantity(Enum):
+    """What the numbers of a signal are, in the order they follow one another."""
+
+    RATE = "e-/s"
+    ELECTRONS = "e-"
+    DN = "DN"
+    CODE = "DN, whole"
+
+    @property
+    def place(self) -> int:
+        """Position in the order of the signal path."""
+        return list(Quantity).index(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """What an effect may know of the camera it is in.
+
+    Attributes:
+        height, width: pixels.
+        cfa: colours of the pixels (0,0) (0,1) (1,0) (1,1); ``"GGGG"`` without a mosaic.
+        bits: bits of an output pixel.
+        gain_dn_per_e: conversion by colour.
+        black_dn: black level.
+    """
+
+    height: int
+    width: int
+    cfa: str
+    bits: int
+    gain_dn_per_e: Colours
+    black_dn: float
+
+    @property
+    def top_dn(self) -> int:
+        """The largest pixel value."""
+        return int(2**self.bits - 1)
+
+    @property
+    def colour_index(self) -> NDArray[np.uint8]:
+        """Which of R, G, B each pixel sees: (H, W), 0 to 2."""
+        phase = np.array(["RGB".index(c) for c in self.cfa], dtype=np.uint8).reshape(2, 2)
+        rows, columns = -(-self.height // 2), -(-self.width // 2)
+        return np.tile(phase, (rows, columns))[: self.height, : self.width]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signal:
+    """A batch of frames somewhere between the sensor plane and the cable.
+
+    Attributes:
+        value: Dr.Jit tensor in the shapes listed at the top of this file.
+        quantity: what its numbers are.
+        format: what the camera is.
+        shot: how the frames are taken.
+        frames: indices of the frames in the shot; negative ones run in before the first.
+        clamp_e: mean dark charge in e- that the optical-black clamp takes off before conversion.
+        backend: where the arithmetic runs.
+    """
+
+    value: Any
+    quantity: Quantity
+    format: Format
+    shot: Shot
+    frames: range
+    backend: Backend
+    clamp_e: float = 0.0
+
+    def replace(self, value: Any, **changes: Any) -> Signal:
+        """The same signal with other numbers."""
+        return dataclasses.replace(self, value=value, **changes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the numbers, the frame axis first."""
+        return tuple(self.value.shape)
+
+    @property
+    def coloured(self) -> bool:
+        """Whether every pixel has three values (the last axis)."""
+        return len(self.shape) == 4
+
+    def coordinates(self) -> tuple[Any, Any, Any]:
+        """Frame, row and column of every pixel of the batch: three flat arrays of f H W indices."""
+        import drjit as dr
+
+        f, height, width = self.shape[:3]
+        index = dr.uint32_array_t(type(self.value.array))
+        lane = dr.arange(index, f * height * width)
+        frame = lane // (height * width)
+        pixel = lane - frame * (height * width)
+        row = pixel // width
+        return frame, row, pixel - row * width
+
+    def colour_of_pixel(self) -> Any:
+        """Which of R, G, B (0 to 2) each pixel of the mosaic sees: flat, f H W."""
+        import drjit as dr
+
+        _, row, column = self.coordinates()
+        codes = ["RGB".index(c) for c in self.format.cfa]
+        top = dr.select((column & 1) == 0, type(row)(codes[0]), type(row)(codes[1]))
+        bottom = dr.select((column & 1) == 0, type(row)(codes[2]), type(row)(codes[3]))
+        return dr.select((row & 1) == 0, top, bottom)
+
+    def mosaic_index(self) -> Any:
+        """Where, in a flat (f, H, W, 3), the colour stands that each pixel of the mosaic sees."""
+        import drjit as dr
+
+        colour = self.colour_of_pixel()
+        return dr.arange(type(colour), dr.width(colour)) * 3 + colour
+
+    def by_colour(self, figure: float | Colours) -> Any:
+        """A figure per colour in a shape that broadcasts against the numbers.
+
+        A plain float is returned as it is.
+        """
+        import drjit as dr
+
+        if not isinstance(figure, Colours):
+            return figure
+        if figure.uniform:
+            return figure.R
+        values = self.backend.tensor([figure.R, figure.G, figure.B])
+        if self.coloured:
+            return self.backend.arrays.TensorXf(values.array, (1, 1, 1, 3))
+        one_frame = self.replace(self.value[:1])
+        flat = dr.gather(type(values.array), values.array, one_frame.colour_of_pixel())
+        return self.backend.arrays.TensorXf(flat, one_frame.shape)
+
+    def numpy(self) -> NDArray[np.float32]:
+        """The numbers as a NumPy array with its frame axis at full length F."""
+        values = np.asarray(self.value.numpy(), dtype=np.float32).reshape(self.shape)
+        return np.broadcast_to(values, (len(self.frames), *values.shape[1:]))
+
+    def from_numpy(self, values: NDArray[Any]) -> Signal:
+        """The same signal with numbers from NumPy, for the codecs that work there."""
+        return self.replace(self.backend.tensor(values))

@@ -1,0 +1,130 @@
+"""Random numbers as an argument: counter-based, one stream per (seed, effect, shot, frame).
+
+Frame k gets the same numbers alone, in a batch, on one machine or on many, and adding an effect
+leaves every other effect's numbers alone. With a JIT backend the numbers come from Dr.Jit's
+Philox 4x32 inside the fused kernel; on the scalar backend from NumPy's Philox, which is some
+twenty times faster there than Dr.Jit's scalar loop. The two are equal in distribution.
+
+Reference: Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from foundation.backend import Backend
+from sensor.poisson import SMALL_MEAN, large_mean_quantile, small_mean_count
+
+
+def key_of(*parts: object) -> int:
+    """A 64-bit key from names and numbers; different parts give unrelated keys."""
+    text = "\x1f".join(str(part) for part in parts)
+    return int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "little")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stream:
+    """The random numbers of one effect in one shot.
+
+    `normal`, `uniform` and `poisson` draw afresh for every frame and return tensors whose first
+    axis is the frame. `body` and `whole_shot` are streams of the same kind whose numbers are those
+    of the camera body (the same in every shot) or of the shot (the same in every frame); their
+    tensors have a first axis of length 1.
+
+    Two draws for different purposes take different words for `use`; the same word gives the same
+    numbers again.
+    """
+
+    backend: Backend
+    seed: int
+    body_seed: int
+    effect: str
+    shot: str
+    frames: range
+    scope: str = "frame"
+
+    @property
+    def body(self) -> Stream:
+        """Numbers that belong to the camera body: fixed patterns."""
+        return self._with_scope("body")
+
+    @property
+    def whole_shot(self) -> Stream:
+        """Numbers that are the same in every frame of the shot: a phase, a drift's direction."""
+        return self._with_scope("shot")
+
+    def _with_scope(self, scope: str) -> Stream:
+        return Stream(
+            backend=self.backend,
+            seed=self.seed,
+            body_seed=self.body_seed,
+            effect=self.effect,
+            shot=self.shot,
+            frames=range(1),
+            scope=scope,
+        )
+
+    def key(self, use: str = "") -> int:
+        """The 64-bit key of this stream for one use."""
+        if self.scope == "body":
+            return key_of("body", self.body_seed, self.effect, use)
+        return key_of(self.scope, self.seed, self.effect, self.shot, use)
+
+    def normal(self, *shape: int, use: str = "") -> Any:
+        """Standard normal numbers: a tensor (F, *shape)."""
+        if not self.backend.jit:
+            return self._numpy(lambda g: g.standard_normal(shape, dtype=np.float32), use)
+        return self._tensor(self._philox(shape, use).next_float32x4_normal()[0], shape)
+
+    def uniform(self, *shape: int, use: str = "") -> Any:
+        """Numbers uniform in [0, 1): a tensor (F, *shape)."""
+        if not self.backend.jit:
+            return self._numpy(lambda g: g.random(shape, dtype=np.float32), use)
+        return self._tensor(self._philox(shape, use).next_float32x4()[0], shape)
+
+    def poisson(self, mean: Any, use: str = "") -> Any:
+        """Poisson counts with the given means: a tensor (1 or F, *shape) to one (F, *shape).
+
+        Exact by inversion for means below `SMALL_MEAN`, by an asymptotic quantile above, whose
+        error in probability is at most 3.1e-5 and falls with the mean (see sensor/poisson.py).
+        """
+        shape = tuple(mean.shape)[1:]
+        if not self.backend.jit:
+            means = np.asarray(mean.numpy()).reshape(tuple(mean.shape))
+            rows = iter(np.broadcast_to(means, (len(self.frames), *shape)))
+            return self._numpy(lambda g: g.poisson(next(rows)).astype(np.float32), use)
+        import drjit as dr
+
+        radius, angle, uniform, _ = self._philox(shape, use).next_float32x4()
+        normal = dr.sqrt(-2.0 * dr.log(1.0 - radius)) * dr.cos(2.0 * math.pi * angle)
+        wide = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
+        small = small_mean_count(wide, uniform)
+        counts = dr.select(wide < SMALL_MEAN, small, large_mean_quantile(wide, normal))
+        return self._tensor(counts, shape)
+
+    def _tensor(self, flat: Any, shape: tuple[int, ...]) -> Any:
+        return self.backend.arrays.TensorXf(flat, (len(self.frames), *shape))
+
+    def _philox(self, shape: tuple[int, ...], use: str) -> Any:
+        import drjit as dr
+
+        arrays = self.backend.arrays
+        size = math.prod(shape)
+        start = dr.opaque(arrays.UInt32, self.frames.start % 2**32)
+        lane = dr.arange(arrays.UInt32, size * len(self.frames))
+        frame = lane // size
+        key = dr.opaque(arrays.UInt64, self.key(use))
+        return arrays.Philox4x32(key, lane - frame * size, start + frame)
+
+    def _numpy(self, draw: Any, use: str) -> Any:
+        key = self.key(use)
+        rows = [
+            draw(np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, k % 2**64])))
+            for k in self.frames
+        ]
+        return self.backend.tensor(np.stack(rows))

@@ -1,0 +1,146 @@
+"""The truth record: what went into simulated frames, in the terms that estimators answer in.
+
+Noise figures come in two kinds. The population value is that of the distribution the camera body
+was drawn from; the realised one is that of this very body's pattern. For noise that is drawn anew
+in every frame the two are the same.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from foundation.backend import Backend, backend
+from sensor.camera import Camera, stream_of
+from sensor.colours import CHANNELS, Colours
+from sensor.effect import Effect
+from sensor.effects.dark_shot import DarkShot
+from sensor.effects.fpn import Fpn
+from sensor.effects.photon_shot import PhotonShot
+from sensor.effects.prnu import Prnu
+from sensor.effects.read_noise import ReadNoise
+from sensor.protocol import Protocol
+
+FORMAT = "camtruth-truth/1"
+
+PACKAGES = ("camtruth", "mitsuba", "drjit", "numpy", "colour-science")
+"""What the pixels of a simulated frame depend on."""
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that made the frames."""
+    return {name: importlib.metadata.version(name) for name in PACKAGES}
+
+
+def channels_of(camera: Camera) -> tuple[str, ...]:
+    """Names of the channels in what leaves the camera."""
+    return ("Y",) if camera.pixels.startswith("mono") else CHANNELS
+
+
+def population(camera: Camera, longest_exposure_s: float) -> dict[str, dict[str, float]]:
+    """The noise parameters of the camera by channel and key, as the distribution has them.
+
+    `dark_shot` is at the longest exposure; the offsets of the shot and PRNU lines are 0, because
+    equation (1) has none. Effects that are not of the base camera do not enter.
+    """
+    gain = camera.gain_dn_per_e
+    dark, shot = camera.get(DarkShot), camera.get(PhotonShot)
+    fpn, prnu, read = camera.get(Fpn), camera.get(Prnu), camera.get(ReadNoise)
+    zero = Colours.of(0.0)
+    fpn_e = Colours.of(fpn.sigma_e) if fpn else zero
+    read_e = read.sigma_e if read else zero
+    ratio = Colours.of(prnu.ratio) if prnu else zero
+    dark_e = math.sqrt(dark.current_e_per_s * longest_exposure_s) if dark and shot else 0.0
+    table = {}
+    for channel in channels_of(camera):
+        colour = "G" if channel == "Y" else channel
+        g = gain[colour]
+        table[channel] = {
+            "read": read_e[colour] * g,
+            "fpn": fpn_e[colour] * g,
+            "dark_shot": dark_e * g,
+            "shot_coefficient": math.sqrt(g) if shot else 0.0,
+            "shot_offset": 0.0,
+            "prnu_slope": ratio[colour],
+            "prnu_offset": 0.0,
+            "gain": g,
+            "dsnu": fpn_e[colour] * g,
+            "prnu": ratio[colour],
+        }
+    return table
+
+
+def realised(
+    camera: Camera, longest_exposure_s: float, protocol: Protocol, where: Backend
+) -> dict[str, dict[str, float]]:
+    """The noise parameters of this very camera body; see `population`."""
+    table = population(camera, longest_exposure_s)
+    for kind, keys in ((Fpn, ("fpn", "dsnu")), (Prnu, ("prnu", "prnu_slope"))):
+        effect: Effect | None = camera.get(kind)  # type: ignore[type-abstract]
+        if effect is None:
+            continue
+        stream = stream_of(camera, effect, protocol.shot[0], 0, range(1), where)
+        pattern = stream.body.normal(camera.height, camera.width).numpy()
+        pattern = np.asarray(pattern, dtype=np.float64).reshape(camera.height, camera.width)
+        for channel, figures in table.items():
+            colour = "RGB".index("G" if channel == "Y" else channel)
+            spread = float(pattern[camera.format.colour_index == colour].std())
+            for key in keys:
+                figures[key] *= spread
+    return table
+
+
+def truth(
+    camera: Camera,
+    protocol: Protocol,
+    seed: int,
+    *,
+    light: Mapping[str, Any] | None = None,
+    where: Backend | None = None,
+) -> dict[str, Any]:
+    """The truth record of a capture, as the contract spells it.
+
+    Args:
+        camera: the camera.
+        protocol: the shots.
+        seed: seed of what is not fixed in the body.
+        light: what is known of each lamp's rate image, plain data.
+        where: the backend that drew the body's patterns.
+    """
+    longest = max(shot.exposure_s for shot in protocol.shot)
+    expected = population(camera, longest)
+    actual = realised(camera, longest, protocol, where or backend())
+    return {
+        "format": FORMAT,
+        "seed": seed,
+        "body_seed": camera.body_seed,
+        "versions": versions(),
+        "backend": (where or backend()).name,
+        "camera": camera.name,
+        "gain_dn_per_e": camera.gain_dn_per_e.plain(),
+        "black_dn": camera.black_dn,
+        "sensitivity": camera.sensitivity.plain(),
+        "protocol": protocol.name,
+        "light": dict(light or {}),
+        "effects": [
+            {
+                "name": effect.name,
+                "parameters": {
+                    p.name: {"value": effect.values()[p.name], "unit": p.unit}
+                    for p in effect.parameters()
+                },
+            }
+            for effect in camera.effects
+        ],
+        "noise": {
+            channel: {
+                key: {"population": expected[channel][key], "realised": actual[channel][key]}
+                for key in expected[channel]
+            }
+            for channel in expected
+        },
+    }
