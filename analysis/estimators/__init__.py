@@ -1,0 +1,1 @@
+"""Noise estimators, one per file and named as its function; of ours they see frames alone."""
