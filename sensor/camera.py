@@ -12,7 +12,7 @@ default nothing does, which is the paper's identity.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -99,6 +99,11 @@ class Camera:
         )
 
     @property
+    def cfa_of_pixels(self) -> str | None:
+        """The colours of the pixels as a capture states them: none for a camera without colours."""
+        return None if self.pixels.startswith("mono") else self.cfa
+
+    @property
     def history_frames(self) -> int:
         """How many frames must run in before the first one."""
         return sum(effect.history_frames for effect in self.effects)
@@ -108,7 +113,7 @@ class Camera:
         return next((effect for effect in self.effects if isinstance(effect, kind)), None)
 
     def plus(self, *effects: Effect) -> Camera:
-        """The same camera with more effects, each in its place; one of the same kind is replaced."""
+        """The same camera with more effects, each in its place; one it has is replaced."""
         names = {effect.name for effect in effects}
         kept = [effect for effect in self.effects if effect.name not in names]
         ordered = sorted([*kept, *effects], key=lambda effect: effect.place())
@@ -247,8 +252,3 @@ def pixels_of(camera: Camera, signal: Signal) -> NDArray[Any]:
     else:
         stack = np.asarray(values.numpy()).reshape(signal.shape).astype(kind)
     return np.broadcast_to(stack, (len(signal.frames), *stack.shape[1:]))
-
-
-def in_order(effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """Effects sorted along the signal path."""
-    return tuple(sorted(effects, key=lambda effect: effect.place()))

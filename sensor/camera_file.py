@@ -51,7 +51,9 @@ class CameraDocument:
 def preset_names() -> list[str]:
     """The cameras that come with the package."""
     folder = resources.files("sensor") / "cameras"
-    return sorted(p.name.removesuffix(".toml") for p in folder.iterdir() if p.name.endswith(".toml"))
+    return sorted(
+        p.name.removesuffix(".toml") for p in folder.iterdir() if p.name.endswith(".toml")
+    )
 
 
 def load(name: str, kinds: Mapping[str, type[Effect]] | None = None) -> Camera:
@@ -133,6 +135,13 @@ def write(path: Path, camera: Camera) -> None:
         scratch.write_text(tomli_w.dumps(document), encoding="utf-8")
 
 
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
 def with_setting(camera: Camera, setting: str) -> Camera:
     """The camera after one ``EFFECT.PARAMETER=VALUE`` of the command line.
 
@@ -144,15 +153,14 @@ def with_setting(camera: Camera, setting: str) -> Camera:
     """
     target, equals, text = setting.partition("=")
     name, dot, key = target.partition(".")
-    try:
-        value = float(text)
-    except ValueError:
-        value = None  # type: ignore[assignment]
+    value = _number(text)
     if not (equals and dot and name and key) or value is None:
         raise CameraError(
             f"setting '{setting}'",
             "expected EFFECT.PARAMETER=NUMBER, as in row_noise.sigma_e=12",
-            nearest(name, catalogue()) if name not in catalogue() else f"see `camtruth effects {name}`",
+            nearest(name, catalogue())
+            if name not in catalogue()
+            else f"see `camtruth effects {name}`",
         )
     kind = effect(name)
     parameter, figure = _in_electrons(kind, key, value, camera.gain_dn_per_e)

@@ -39,9 +39,7 @@ class Colours:
         """Whether all three are equal."""
         return self.R == self.G == self.B
 
-    def map(
-        self, function: Callable[..., float], other: float | Colours | None = None
-    ) -> Colours:
+    def map(self, function: Callable[..., float], other: float | Colours | None = None) -> Colours:
         """Apply a function colour by colour, to one figure or to two."""
         if other is None:
             return Colours(**{c: function(self[c]) for c in CHANNELS})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import drjit as dr
+
 from sensor.signal import Quantity, Signal
 
 
@@ -10,8 +12,6 @@ def expose(signal: Signal) -> Signal:
 
     electrons(y, x) = rate(y, x, colour of (y, x)) x exposure: a mean, before its shot noise.
     """
-    import drjit as dr
-
     f, height, width, _ = signal.shape
     flat = signal.value.array
     charge = dr.gather(type(flat), flat, signal.mosaic_index()) * float(signal.shot.exposure_s)

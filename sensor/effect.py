@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from sensor.colours import Colours
+from sensor.colours import CHANNELS, Colours
 from sensor.errors import CameraError
 from sensor.signal import Quantity, Signal
 
@@ -143,7 +143,8 @@ class Effect(abc.ABC):
     def parameters(cls) -> tuple[Parameter, ...]:
         """The parameters, in the order they are declared."""
         return tuple(
-            Parameter(name=f.name, default=f.default, **f.metadata) for f in dataclasses.fields(cls)
+            Parameter(name=f.name, default=float(f.default), **f.metadata)  # type: ignore[arg-type]
+            for f in dataclasses.fields(cls)
         )
 
     @classmethod
@@ -195,9 +196,9 @@ def _figure(effect: str, known: Parameter, value: Any) -> float | Colours:
         return float(value)
     if isinstance(value, Colours):
         return value
-    if isinstance(value, Mapping) and set(value) == {"R", "G", "B"}:
-        if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value.values()):
-            return Colours(**{channel: float(v) for channel, v in value.items()})
+    if isinstance(value, Mapping) and set(value) == set(CHANNELS):
+        figures = {channel: _figure(effect, known, value[channel]) for channel in CHANNELS}
+        return Colours(**figures)  # type: ignore[arg-type]
     raise CameraError(
         f"{effect}.{known.name} = {value!r}",
         "expected a number" + (", or a table of R, G and B" if known.per_colour else ""),

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import drjit as dr
+
 SMALL_MEAN = 12.0
 """Mean in e- from which the expansion is used."""
 
@@ -24,8 +26,6 @@ _MOST = 60
 
 def large_mean_quantile(mean: Any, normal: Any) -> Any:
     """Counts from standard normal numbers; only right for means of `SMALL_MEAN` and more."""
-    import drjit as dr
-
     m = dr.maximum(mean, SMALL_MEAN)
     w, root = normal, dr.sqrt(m)
     w2 = w * w
@@ -41,8 +41,6 @@ def large_mean_quantile(mean: Any, normal: Any) -> Any:
 
 def small_mean_count(mean: Any, uniform: Any) -> Any:
     """Counts from uniform numbers by summing the distribution function; for small means."""
-    import drjit as dr
-
     m = dr.clip(mean, 0.0, SMALL_MEAN)
     term = dr.exp(-m)
     active = mean < SMALL_MEAN

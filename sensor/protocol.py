@@ -19,7 +19,7 @@ DARK = "none"
 LABEL_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
 
 
-def _several(value: Any) -> Any:
+def several(value: Any) -> Any:
     """One name or number stands for a list of one."""
     return (value,) if isinstance(value, (str, int, float)) else value
 
@@ -39,9 +39,9 @@ class Shot:
     """
 
     label: Annotated[str, Field(pattern=LABEL_PATTERN)]
-    light: Annotated[tuple[str, ...], BeforeValidator(_several), Field(min_length=1)] = (DARK,)
+    light: Annotated[tuple[str, ...], BeforeValidator(several), Field(min_length=1)] = (DARK,)
     level: Annotated[
-        tuple[Annotated[float, Field(ge=0)], ...], BeforeValidator(_several), Field(min_length=1)
+        tuple[Annotated[float, Field(ge=0)], ...], BeforeValidator(several), Field(min_length=1)
     ] = (1.0,)
     exposure_s: Annotated[float, Field(ge=0, le=1e5)]
     frames: Annotated[int, Field(ge=1, le=10_000_000)]

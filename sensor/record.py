@@ -71,6 +71,8 @@ def record(
             progress(len(batch))
         dn.setflags(write=False)
         stacks.append(
-            Frames(dn=dn, shot=shot, pixels=camera.pixels, bits=camera.bits, cfa=camera.cfa)
+            Frames(
+                dn=dn, shot=shot, pixels=camera.pixels, bits=camera.bits, cfa=camera.cfa_of_pixels
+            )
         )
     return Capture(camera=camera.name, frames=tuple(stacks), panels=tuple(panels))

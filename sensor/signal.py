@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
@@ -108,8 +109,6 @@ class Signal:
 
     def coordinates(self) -> tuple[Any, Any, Any]:
         """Frame, row and column of every pixel of the batch: three flat arrays of f H W indices."""
-        import drjit as dr
-
         f, height, width = self.shape[:3]
         index = dr.uint32_array_t(type(self.value.array))
         lane = dr.arange(index, f * height * width)
@@ -120,8 +119,6 @@ class Signal:
 
     def colour_of_pixel(self) -> Any:
         """Which of R, G, B (0 to 2) each pixel of the mosaic sees: flat, f H W."""
-        import drjit as dr
-
         _, row, column = self.coordinates()
         codes = ["RGB".index(c) for c in self.format.cfa]
         top = dr.select((column & 1) == 0, type(row)(codes[0]), type(row)(codes[1]))
@@ -130,8 +127,6 @@ class Signal:
 
     def mosaic_index(self) -> Any:
         """Where, in a flat (f, H, W, 3), the colour stands that each pixel of the mosaic sees."""
-        import drjit as dr
-
         colour = self.colour_of_pixel()
         return dr.arange(type(colour), dr.width(colour)) * 3 + colour
 
@@ -140,8 +135,6 @@ class Signal:
 
         A plain float is returned as it is.
         """
-        import drjit as dr
-
         if not isinstance(figure, Colours):
             return figure
         if figure.uniform:

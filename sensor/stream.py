@@ -15,6 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import drjit as dr
 import numpy as np
 
 from foundation.backend import Backend
@@ -98,8 +99,6 @@ class Stream:
             means = np.asarray(mean.numpy()).reshape(tuple(mean.shape))
             rows = iter(np.broadcast_to(means, (len(self.frames), *shape)))
             return self._numpy(lambda g: g.poisson(next(rows)).astype(np.float32), use)
-        import drjit as dr
-
         radius, angle, uniform, _ = self._philox(shape, use).next_float32x4()
         normal = dr.sqrt(-2.0 * dr.log(1.0 - radius)) * dr.cos(2.0 * math.pi * angle)
         wide = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
@@ -111,8 +110,6 @@ class Stream:
         return self.backend.arrays.TensorXf(flat, (len(self.frames), *shape))
 
     def _philox(self, shape: tuple[int, ...], use: str) -> Any:
-        import drjit as dr
-
         arrays = self.backend.arrays
         size = math.prod(shape)
         start = dr.opaque(arrays.UInt32, self.frames.start % 2**32)

@@ -80,7 +80,7 @@ def realised(
     """The noise parameters of this very camera body; see `population`."""
     table = population(camera, longest_exposure_s)
     for kind, keys in ((Fpn, ("fpn", "dsnu")), (Prnu, ("prnu", "prnu_slope"))):
-        effect: Effect | None = camera.get(kind)  # type: ignore[type-abstract]
+        effect: Effect | None = camera.get(kind)
         if effect is None:
             continue
         stream = stream_of(camera, effect, protocol.shot[0], 0, range(1), where)

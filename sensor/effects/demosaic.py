@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
+import drjit as dr
 import numpy as np
 
 from sensor.effect import Effect, Stage
+from sensor.neighbours import Neighbours, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -28,46 +30,23 @@ class Demosaic(Effect):
     reference: ClassVar[str] = "Irie et al., equations (4) to (7)"
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        import drjit as dr
-
-        f, height, width = signal.shape
-        flat = signal.value.array
-        dr.eval(flat)
-        frame, y, x = signal.coordinates()
-        start = frame * (height * width)
-
-        def neighbour(dy: int, dx: int) -> Any:
-            row, column = mirrored(y, dy, height), mirrored(x, dx, width)
-            return dr.gather(type(flat), flat, start + row * width + column)
-
-        centre = neighbour(0, 0)
-        across = (neighbour(0, -1) + neighbour(0, 1)) * 0.5
-        down = (neighbour(-1, 0) + neighbour(1, 0)) * 0.5
+        near = Neighbours(signal)
+        centre = near.flat_at(0, 0)
+        across = (near.flat_at(0, -1) + near.flat_at(0, 1)) * 0.5
+        down = (near.flat_at(-1, 0) + near.flat_at(1, 0)) * 0.5
         diagonal = (
-            neighbour(-1, -1) + neighbour(-1, 1) + neighbour(1, -1) + neighbour(1, 1)
+            near.flat_at(-1, -1) + near.flat_at(-1, 1) + near.flat_at(1, -1) + near.flat_at(1, 1)
         ) * 0.25
         candidates = (centre, across, down, (across + down) * 0.5, diagonal)
 
-        out = dr.empty(type(flat), 3 * dr.width(flat))
-        at = dr.arange(type(y), dr.width(flat)) * 3
-        phase = (y & 1) * 2 + (x & 1)
-        for colour, sources in enumerate(_sources(signal.format.cfa)):
-            value = candidates[sources[0]]
+        phase = (near.row & 1) * 2 + (near.column & 1)
+        planes = []
+        for sources in _sources(signal.format.cfa):
+            plane = candidates[sources[0]]
             for k in (1, 2, 3):
-                value = dr.select(phase == k, candidates[sources[k]], value)
-            dr.scatter(out, value, at + colour)
-        return signal.replace(type(signal.value)(out, (f, height, width, 3)))
-
-
-def mirrored(index: Any, shift: int, length: int) -> Any:
-    """Shift indices by -1, 0 or 1 and reflect those that leave about the first or last sample."""
-    import drjit as dr
-
-    if shift == 0:
-        return index
-    if shift < 0:
-        return dr.select(index == 0, 1, index - 1)
-    return dr.select(index == length - 1, length - 2, index + 1)
+                plane = dr.select(phase == k, candidates[sources[k]], plane)
+            planes.append(plane)
+        return signal.replace(type(signal.value)(interleaved(planes), (*signal.shape, 3)))
 
 
 def _sources(cfa: str) -> list[list[int]]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import drjit as dr
+
 from sensor.effect import Effect, Stage
 from sensor.signal import Quantity, Signal
 from sensor.stream import Stream
@@ -25,7 +27,5 @@ class Quantization(Effect):
     reference: ClassVar[str] = "Irie et al., equations (1) and (2)"
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        import drjit as dr
-
         code = dr.clip(dr.round(signal.value), 0.0, float(signal.format.top_dn))
         return signal.replace(code, quantity=Quantity.CODE)

@@ -24,7 +24,9 @@ class ReadNoise(Effect):
     stage: ClassVar[Stage] = Stage.READOUT
     position: ClassVar[int] = 20
     base: ClassVar[bool] = True
-    reference: ClassVar[str] = "Irie et al., equation (1) and Table I: N_read = N_R + N_therm + N_other"
+    reference: ClassVar[str] = (
+        "Irie et al., equation (1) and Table I: N_read = N_R + N_therm + N_other"
+    )
 
     reset_e: float | Colours = parameter(
         8.0,

@@ -1,0 +1,65 @@
+"""Looking at the pixels beside a pixel: shifts and small convolutions with mirrored borders.
+
+Mirroring about the border sample keeps the colour phase of a mosaic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import drjit as dr
+
+from sensor.signal import Signal
+
+
+def mirrored(index: Any, shift: int, length: int) -> Any:
+    """Shift indices 0 .. length-1 and reflect those that leave about the first or last sample."""
+    signed = dr.int32_array_t(type(index))
+    moved = dr.abs(signed(index) + shift)
+    return type(index)(length - 1 - dr.abs(length - 1 - moved))
+
+
+class Neighbours:
+    """Gathers from an evaluated copy of a signal, so that any number of shifts reads memory once.
+
+    Works on (f, H, W) and on (f, H, W, 3), where each colour sees its own neighbours.
+    """
+
+    def __init__(self, signal: Signal) -> None:
+        self.shape = signal.shape
+        self.tensor = type(signal.value)
+        self.flat = signal.value.array
+        dr.eval(self.flat)
+        frame, self.row, self.column = signal.coordinates()
+        self.start = frame * (self.shape[1] * self.shape[2])
+
+    def flat_at(self, dy: int, dx: int, colour: int = 0) -> Any:
+        """Flat array of the values dy rows below and dx columns to the right, of one colour."""
+        _, height, width = self.shape[:3]
+        y = mirrored(self.row, dy, height) if dy else self.row
+        x = mirrored(self.column, dx, width) if dx else self.column
+        depth = self.shape[3] if len(self.shape) == 4 else 1
+        return dr.gather(type(self.flat), self.flat, (self.start + y * width + x) * depth + colour)
+
+    def weighted(self, weights: Mapping[tuple[int, int], float]) -> Any:
+        """Sum of shifted copies, {(dy, dx): weight}, as a tensor of the signal's shape.
+
+        The value at (y, x) is the sum of weight x value at (y + dy, x + dx).
+        """
+        planes = [
+            sum(weight * self.flat_at(dy, dx, colour) for (dy, dx), weight in weights.items())
+            for colour in range(self.shape[3] if len(self.shape) == 4 else 1)
+        ]
+        return self.tensor(interleaved(planes), self.shape)
+
+
+def interleaved(planes: list[Any]) -> Any:
+    """Flat planes of equal length as one array, pixel by pixel."""
+    if len(planes) == 1:
+        return planes[0]
+    out = dr.empty(type(planes[0]), len(planes) * dr.width(planes[0]))
+    at = dr.arange(dr.uint32_array_t(type(planes[0])), dr.width(planes[0])) * len(planes)
+    for k, plane in enumerate(planes):
+        dr.scatter(out, plane, at + k)
+    return out

@@ -1,0 +1,165 @@
+"""Stacks of frames from files: .npy, multi-page TIFF, or a series of PNG, TIFF or FITS images."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.errors import InputError
+from sensor.errors import CaptureError
+
+MAX_PIXELS_VARIABLE = "CAMTRUTH_MAX_PIXELS"
+DEFAULT_MAX_PIXELS = 100_000_000
+"""Pixels of one frame beyond which a file is taken for a mistake or an attack."""
+
+
+def max_pixels() -> int:
+    """The limit on the pixels of a frame, which CAMTRUTH_MAX_PIXELS sets."""
+    text = os.environ.get(MAX_PIXELS_VARIABLE, str(DEFAULT_MAX_PIXELS))
+    try:
+        return int(text)
+    except ValueError:
+        raise CaptureError(
+            f"{MAX_PIXELS_VARIABLE} = '{text}'", "expected a whole number", "correct or unset it"
+        ) from None
+
+
+def read_stack(
+    folder: Path, pattern: str, inside: Callable[[Path, str], Path]
+) -> NDArray[np.generic]:
+    """The frames that a manifest's `frames` names: (N, H, W) or (N, H, W, 3).
+
+    Args:
+        folder: the capture folder.
+        pattern: a .npy file, a .tif file, or a glob of images taken in the order of their names.
+        inside: gives the path of a name, or raises if it leaves the folder.
+
+    Raises:
+        CaptureError: when a file is missing, damaged, or no image.
+    """
+    named = inside(folder, pattern)
+    if pattern.endswith(".npy"):
+        return _npy(named)
+    if not _is_glob(pattern):
+        stack = _image(named)
+        return stack if _is_stack(named, stack) else stack[None]
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.glob(pattern))
+    if not names:
+        raise CaptureError(
+            f"no file matches '{pattern}' in {folder}", "expected at least one", "correct 'frames'"
+        )
+    images = [_image(inside(folder, name)) for name in names]
+    for name, image in zip(names, images, strict=True):
+        if image.shape != images[0].shape or image.dtype != images[0].dtype:
+            raise CaptureError(
+                f"{name} has shape {image.shape} of {image.dtype}",
+                f"expected {images[0].shape} of {images[0].dtype} as {names[0]} has",
+                "put frames of one size and type in one shot",
+            )
+    return np.stack(images)
+
+
+def _is_glob(pattern: str) -> bool:
+    return any(mark in pattern for mark in "*?[")
+
+
+def _is_stack(path: Path, image: NDArray[Any]) -> bool:
+    """Whether a file's array has a frame axis; only TIFF and FITS can have one."""
+    pages = path.suffix.lower() in (".tif", ".tiff", ".fits", ".fit")
+    return pages and (image.ndim == 4 or (image.ndim == 3 and image.shape[-1] != 3))
+
+
+def _npy(path: Path) -> NDArray[np.generic]:
+    try:
+        stack = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError, EOFError, TypeError, SyntaxError, OverflowError) as problem:
+        raise _damaged(path, problem, "a whole .npy file of numbers") from None
+    if not isinstance(stack, np.ndarray) or stack.dtype.hasobject:
+        raise _damaged(path, TypeError("it holds Python objects"), "a .npy file of numbers")
+    _check_size(path, stack.shape[1:3])
+    return stack
+
+
+def _image(path: Path) -> NDArray[Any]:
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise CaptureError(
+            f"{path} is of a kind that is not read",
+            f"expected .npy, {', '.join(sorted(_READERS))}",
+            "convert it",
+        )
+    if not path.is_file():
+        raise CaptureError(f"no file {path}", "expected the frames there", "correct 'frames'")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return reader(path)
+    except InputError:
+        raise
+    except Exception as problem:
+        # Three libraries raise some twenty kinds of error on damaged files; all mean the same.
+        raise _damaged(path, problem, "a whole image") from None
+
+
+def _tiff(path: Path) -> NDArray[Any]:
+    import tifffile
+
+    with tifffile.TiffFile(path) as file:
+        shape = file.series[0].shape
+        _check_size(path, shape[-3:-1] if shape[-1] == 3 else shape[-2:])
+        return np.asarray(file.asarray())
+
+
+def _png(path: Path) -> NDArray[Any]:
+    from PIL import Image
+
+    with Image.open(path) as image:
+        _check_size(path, image.size)
+        if image.mode not in ("L", "RGB", "I;16", "I;16B", "I"):
+            raise CaptureError(
+                f"{path} has pixels of mode {image.mode}",
+                "expected grey or RGB without transparency",
+                "convert it",
+            )
+        values = np.asarray(image)
+    return values.astype(np.uint16) if values.dtype.kind == "i" else values
+
+
+def _fits(path: Path) -> NDArray[Any]:
+    from astropy.io import fits
+
+    with fits.open(path, memmap=False) as file:
+        header = file[0].header
+        _check_size(path, (header.get("NAXIS1", 0), header.get("NAXIS2", 0)))
+        values = np.asarray(file[0].data)
+    return values.astype(values.dtype.newbyteorder("="))
+
+
+_READERS: dict[str, Callable[[Path], NDArray[Any]]] = {
+    ".tif": _tiff,
+    ".tiff": _tiff,
+    ".png": _png,
+    ".fits": _fits,
+    ".fit": _fits,
+}
+
+
+def _check_size(path: Path, sides: tuple[int, ...]) -> None:
+    pixels = int(np.prod([int(side) for side in sides], dtype=np.float64)) if sides else 0
+    if pixels > max_pixels():
+        raise CaptureError(
+            f"{path} has frames of {pixels} pixels",
+            f"expected at most {max_pixels()}",
+            f"raise {MAX_PIXELS_VARIABLE} if it is right",
+        )
+
+
+def _damaged(path: Path, problem: Exception, expected: str) -> CaptureError:
+    text = getattr(problem, "strerror", None) or str(problem) or type(problem).__name__
+    return CaptureError(f"cannot read {path} ({text})", f"expected {expected}", "copy it again")
