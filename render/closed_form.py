@@ -1,0 +1,163 @@
+"""The oracle: the rate image of a matt plane under a point lamp, link by link in SI units.
+
+    E(p)     = I cos(theta_lamp) / R^2               irradiance on the chart       [1], W/(m2 nm)
+    L(p)     = rho E / pi                            radiance, Lambert             W/(m2 sr nm)
+    H(q)     = L  T (A / v^2) cos^4(theta)  w(q)     irradiance on the detector    [2], W/(m2 nm)
+    rate     = pitch^2 Integral H QE lambda/(h c) d lambda                         e-/s
+
+A / v^2 is the solid angle of the aperture from the centre of the detector, as for a thin lens
+seen along its chief ray; w is the part of the aperture that the barrel leaves open, the overlap
+of two circles. Everything inside a panel is a matt plane, so defocus averages over a disc of 2 mm
+in which nothing curves: it is left out, and this image is right inside panels only.
+
+Spectra are linear between samples, so a product of three of them and the wavelength is a
+polynomial of degree 4 in each cell, which three Gauss-Legendre points integrate exactly.
+
+Nothing here is shared with the path tracer but the scene and its spectra: that is its use.
+
+[1] R. W. Boyd, Radiometry and the Detection of Optical Radiation, Wiley 1983, ch. 2.
+[2] W. J. Smith, Modern Optical Engineering, 4th ed., McGraw-Hill 2008, ch. 9.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from render.rate import RateHeader, RateImage, rate_image
+from render.record import optics, versions
+from scenes.geometry import panel_rectangles, panels
+from scenes.lamps import emission
+from scenes.scene import Lamp, Lens, Scene
+from scenes.spectra import CHANNELS, Spectrum, reflectances, response
+
+Array = NDArray[np.float64]
+
+PLANCK_J_S = 6.62607015e-34
+LIGHT_SPEED_M_PER_S = 299792458.0
+GAUSS_POINT, GAUSS_WEIGHT = np.polynomial.legendre.leggauss(3)
+
+
+def electrons_per_joule(quantum_efficiency: Array, nm: Array) -> Array:
+    """Electrons for a joule of light: QE lambda / (h c)."""
+    return quantum_efficiency * nm * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_PER_S)
+
+
+def spectral_integral(
+    light: Spectrum, reflectance: Spectrum | float, quantum_response: Spectrum, peak: float
+) -> float:
+    """Integral of intensity x reflectance x electrons per joule: e-/(s sr)."""
+    curves = [light, quantum_response]
+    curves += [reflectance] if isinstance(reflectance, Spectrum) else []
+    nodes = functools.reduce(np.union1d, [curve.nm for curve in curves])
+    low, high = max(c.nm[0] for c in curves[:2]), min(c.nm[-1] for c in curves[:2])
+    nodes = nodes[(nodes >= low) & (nodes <= high)]
+    half, middle = np.diff(nodes)[:, None] / 2, (nodes[1:] + nodes[:-1])[:, None] / 2
+    nm = middle + half * GAUSS_POINT
+    reflected = reflectance.at(nm) if isinstance(reflectance, Spectrum) else reflectance
+    integrand = light.at(nm) * reflected * electrons_per_joule(peak * quantum_response.at(nm), nm)
+    return float((half * GAUSS_WEIGHT * integrand).sum())
+
+
+def pixel_points(scene: Scene) -> tuple[Array, Array]:
+    """Where the chief ray of each pixel's centre meets the chart: x (1, W) and y (H, 1) in m."""
+    detector = scene.detector
+    scale = detector.pitch_um * 1e-6 * scene.camera_distance_m / scene.lens.image_distance_m
+    columns = np.arange(detector.width_px) + 0.5 - detector.width_px / 2
+    rows = detector.height_px / 2 - (np.arange(detector.height_px) + 0.5)
+    return (columns * scale)[None, :], (rows * scale)[:, None]
+
+
+def irradiance_factor(lamp: Lamp, x_m: Array, y_m: Array) -> Array:
+    """cos(theta) / R^2 of a point lamp on the plane z = 0, in 1/m2."""
+    lamp_x, lamp_y, lamp_z = lamp.position_m
+    squared = (x_m - lamp_x) ** 2 + (y_m - lamp_y) ** 2 + lamp_z**2
+    return np.asarray(lamp_z * squared**-1.5)
+
+
+def natural_falloff(scene: Scene, x_m: Array, y_m: Array) -> Array:
+    """cos^4 of the angle between the chief ray and the optical axis."""
+    distance = scene.camera_distance_m
+    return np.asarray((distance**2 / (distance**2 + x_m**2 + y_m**2)) ** 2)
+
+
+def circle_overlap(radius_a: float, radius_b: float, separation: Array) -> Array:
+    """Area common to two circles: two circular segments, or the smaller circle, or nothing."""
+    small, large = sorted((radius_a, radius_b))
+    d = np.clip(separation, large - small, large + small)
+    d = np.where(d > 0, d, 1.0)
+    near = np.arccos(np.clip((d**2 + small**2 - large**2) / (2 * d * small), -1, 1))
+    far = np.arccos(np.clip((d**2 + large**2 - small**2) / (2 * d * large), -1, 1))
+    lens = small**2 * (near - np.sin(2 * near) / 2) + large**2 * (far - np.sin(2 * far) / 2)
+    return np.where(separation <= large - small, np.pi * small**2, lens)
+
+
+def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> Array:
+    """The part of the aperture that the barrel leaves open for each pixel.
+
+    All rays of a pixel meet in its point of sharp focus F; through it the barrel's opening
+    projects onto the aperture as a circle of radius r / (1 - z/u), shifted by -F (z/u) / (1 - z/u).
+    """
+    lens: Lens = scene.lens
+    if lens.barrel is None:
+        return np.ones(np.broadcast(x_m, y_m).shape)
+    near = lens.barrel.distance_mm * 1e-3 / lens.focus_distance_m
+    to_focus = lens.focus_distance_m / scene.camera_distance_m
+    shift = np.hypot(x_m, y_m) * to_focus * near / (1 - near)
+    aperture = lens.aperture_radius_m
+    shared = circle_overlap(aperture, lens.barrel.radius_mm * 1e-3 / (1 - near), shift)
+    return np.asarray(shared / (np.pi * aperture**2))
+
+
+def material_rates(scene: Scene, lamp: Lamp) -> Array:
+    """Spectral integrals (27, 3) of the panels, then the card and the wall, in e-/(s sr)."""
+    light, curves = emission(lamp), response(scene.detector.response)
+    materials: list[Spectrum | float] = [*reflectances(scene.chart.reflectances)]
+    materials += [scene.chart.frame_reflectance, scene.surround_reflectance]
+    peak = scene.detector.peak_quantum_efficiency
+    return np.array(
+        [[spectral_integral(light, m, curves[c], peak) for c in CHANNELS] for m in materials]
+    )
+
+
+def material_map(scene: Scene, x_m: Array, y_m: Array) -> NDArray[np.intp]:
+    """Which material each pixel's chief ray meets: 0 to 23 the panels, 24 the card, 25 the wall."""
+    half_width, half_height = scene.chart.width_m / 2, scene.chart.height_m / 2
+    on_card = (np.abs(x_m) <= half_width) & (np.abs(y_m) <= half_height)
+    result = np.where(on_card, 24, 25).astype(np.intp)
+    for index, where in enumerate(panel_rectangles(scene).values()):
+        columns = (where.left_m <= x_m) & (x_m <= where.right_m)
+        rows = (where.bottom_m <= y_m) & (y_m <= where.top_m)
+        result[columns & rows] = index
+    return result
+
+
+def render(scene: Scene, lamp: str | Lamp) -> RateImage:
+    """The rate image by formula, without noise; right inside panels.
+
+    Raises:
+        SceneError: for a lamp that the scene does not have.
+    """
+    source = scene.named(lamp) if isinstance(lamp, str) else lamp
+    x_m, y_m = pixel_points(scene)
+    lens = scene.lens
+    solid_angle_sr = np.pi * lens.aperture_radius_m**2 / lens.image_distance_m**2
+    detector_factor = (
+        lens.transmission
+        * solid_angle_sr
+        * natural_falloff(scene, x_m, y_m)
+        * open_aperture(scene, x_m, y_m)
+        * (scene.detector.pitch_um * 1e-6) ** 2
+    )
+    shading = irradiance_factor(source, x_m, y_m) / np.pi * detector_factor
+    rate = material_rates(scene, source)[material_map(scene, x_m, y_m)] * shading[..., None]
+    header = RateHeader(
+        scene=scene.name,
+        lamp=source.name,
+        optics=optics(scene, "closed form"),
+        versions=versions(),
+        panels=panels(scene),
+    )
+    return rate_image(rate, np.zeros_like(rate), header)

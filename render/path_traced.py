@@ -1,0 +1,375 @@
+"""The rate image by tracing light paths through a scene of real geometry, with Mitsuba.
+
+A ray leaves a pixel through a point of the aperture, refracted so that it is sharp at the focus
+distance; where it meets the chart, it asks the lamp. So defocus, the 1/R^2 gradient and the cat's
+eye that a barrel makes of the aperture come out of geometry. Mitsuba's thin lens returns radiance:
+the solid angle of the aperture, cos^4 and the area of the pixel are applied per pixel, exactly.
+
+Colour has two treatments (`wavelengths`), one code path, in Mitsuba's spectral variants:
+
+``integrated``
+    light meets the chart once, so lamp, reflectance and response enter a channel only as one
+    integral. It is done beforehand, exactly: Mitsuba renders three bands in which every material
+    has its mean reflectance as seen by that channel under that lamp. No noise from wavelengths.
+``sampled``
+    each path carries four wavelengths, drawn in proportion to lamp x response. Slower by orders of
+    magnitude, needed as soon as light meets two coloured surfaces.
+
+Noise is divided out, not averaged out: each batch is rendered a second time with the same random
+numbers and nothing but a uniformly bright sky before the lens. What that witness should show is
+known (`pupil.open_fraction`); what it shows differs by the luck of this batch, which paths the
+barrel stops and which wavelengths are drawn, and the image of the chart shares that luck. The
+rate is the ratio of the two times the known value (a ratio estimator: W. G. Cochran, Sampling
+Techniques, 3rd ed., ch. 6), its variance that of the batches' residuals. See
+docs/decisions/noise-of-the-render.md.
+
+This file alone imports mitsuba.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.backend import backend
+from foundation.panel import Panel
+from render.errors import RenderError
+from render.palette import CARD, FILM_NM, WALL, Palette, integrated, sampled
+from render.pupil import open_fraction
+from render.rate import RateHeader, RateImage, rate_image
+from render.record import optics, versions
+from scenes.geometry import Rectangle, blur_diameter_px, panel_rectangles, panels
+from scenes.scene import Barrel, Lamp, Scene
+from scenes.spectra import CHANNELS, Spectrum, response
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+Wavelengths = Literal["integrated", "sampled"]
+Sampler = Literal["multijitter", "independent"]
+
+VARIANTS = {"scalar": "scalar_spectral", "llvm": "llvm_ad_spectral", "cuda": "cuda_ad_spectral"}
+BATCHES = 8
+"""Independent batches, at least: the variance is known to 1 in 2 from eight, pixel by pixel."""
+MOST_BATCHES = 4096
+SAMPLES = 128
+"""Light paths per pixel by default."""
+
+MM_PER_M = 1e3
+"""Mitsuba is given millimetres: its ray offsets scale with the size of coordinates above 1."""
+CARD_BEHIND_M, WALL_BEHIND_M = 0.3e-3, 2e-3
+"""The panels are glued on the card, and the card hangs on the wall."""
+RING_SIDES = 512
+
+
+@dataclass(kw_only=True)
+class _Sums:
+    """Sums over batches of the chart (Y), the witness (Z) and their products."""
+
+    batches: int = 0
+    y: Any = 0.0
+    z: Any = 0.0
+    yy: Any = 0.0
+    yz: Any = 0.0
+    zz: Any = 0.0
+
+    def add(self, y: Array, z: Array) -> None:
+        self.batches += 1
+        self.y, self.z = self.y + y, self.z + z
+        self.yy, self.yz, self.zz = self.yy + y * y, self.yz + y * z, self.zz + z * z
+
+    def ratio(self) -> tuple[Array, Array]:
+        """Sum of Y over sum of Z, and the variance of it from the batches' residuals."""
+        blind = self.z <= 0
+        z = np.where(blind, 1.0, self.z)
+        ratio = np.where(blind, 0.0, self.y / z)
+        residual = np.maximum(self.yy - 2 * ratio * self.yz + ratio**2 * self.zz, 0.0)
+        spread = self.batches / (self.batches - 1) * residual / z**2
+        return ratio, np.where(blind, 0.0, spread)
+
+
+def render(
+    scene: Scene,
+    lamp: str | Lamp,
+    *,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    noise: float | None = None,
+    progress: Progress | None = None,
+    response_curves: Mapping[str, Spectrum] | None = None,
+    wavelengths: Wavelengths = "integrated",
+    sampler: Sampler = "multijitter",
+) -> RateImage:
+    """The rate image of a scene under one of its lamps.
+
+    Args:
+        scene: what is photographed.
+        lamp: one of its lamps, by name or by itself.
+        samples: light paths per pixel, rounded up to 8 equal squares.
+        seed: of the light paths; the same seed and backend give the same image.
+        noise: keep adding batches until the relative standard error inside every panel and
+            channel (root mean square over its pixels) is at most this.
+        progress: called with (batches done, batches expected) after every batch.
+        response_curves: R, G, B in place of the scene's, relative to the same peak efficiency.
+        wavelengths, sampler: see above; for comparisons.
+
+    Raises:
+        SceneError: for an unknown lamp.
+        RenderError: for a number of samples, a seed or a noise that cannot be.
+    """
+    _refuse_numbers(samples, seed, noise)
+    source = scene.named(lamp) if isinstance(lamp, str) else lamp
+    mi.set_variant(VARIANTS[backend().name])
+    curves = dict(response_curves or response(scene.detector.response))
+    palette = (integrated if wavelengths == "integrated" else sampled)(scene, source, curves)
+
+    per_batch = math.ceil(math.sqrt(samples / BATCHES)) ** 2
+    sensor = _sensor(scene, palette, sampler)
+    chart = mi.load_dict(_chart(scene, source, palette, sensor))
+    witness = mi.load_dict(_witness(scene, sensor))
+    expected = open_fraction(scene)[..., None] * palette.white
+    scale = _detector_factor(scene)[..., None] * expected
+    clear = panels(scene)
+
+    sums, most = _Sums(), BATCHES
+    while sums.batches < most:
+        word = _seed(seed, source.name, sums.batches)
+        sums.add(_image(chart, per_batch, word), _image(witness, per_batch, word))
+        if progress is not None:
+            progress(sums.batches, most)
+        if sums.batches == most and noise is not None:
+            most = _batches_needed(sums, clear, noise)
+    ratio, spread = sums.ratio()
+    rate, variance = ratio * scale, spread * scale**2
+    reached = relative_noise(rate, variance, clear)
+    header = RateHeader(
+        scene=scene.name,
+        lamp=source.name,
+        optics={**optics(scene, f"mitsuba {mi.variant()}"), "wavelengths": wavelengths},
+        samples=sums.batches * per_batch,
+        seed=seed,
+        versions=versions(),
+        panels=clear,
+        noise=dict(zip(CHANNELS, reached, strict=True)),
+    )
+    return rate_image(rate, variance, header)
+
+
+def relative_noise(
+    rate: NDArray[Any], variance: NDArray[Any], clear: tuple[Panel, ...]
+) -> tuple[float, ...]:
+    """Standard error over mean in the noisiest panel, for each channel."""
+    worst = np.zeros(3)
+    for panel in clear:
+        mean = np.mean(rate[panel.window], axis=(0, 1), dtype=np.float64)
+        rms = np.sqrt(np.mean(variance[panel.window], axis=(0, 1), dtype=np.float64))
+        worst = np.maximum(worst, np.divide(rms, mean, out=np.zeros(3), where=mean > 0))
+    return tuple(float(value) for value in worst)
+
+
+def _batches_needed(sums: _Sums, clear: tuple[Panel, ...], noise: float) -> int:
+    """How many batches the asked noise takes, from what the batches so far have left.
+
+    Raises:
+        RenderError: when it is more than anybody would wait for.
+    """
+    reached = max(relative_noise(*sums.ratio(), clear))
+    if reached <= noise:
+        return sums.batches
+    needed = max(sums.batches + 1, math.ceil(sums.batches * (reached / noise) ** 2 * 1.05))
+    if needed > MOST_BATCHES:
+        raise RenderError(
+            f"a noise of {noise:g} would take about {needed} batches, and {sums.batches} leave"
+            f" {reached:.2g}",
+            f"expected at most {MOST_BATCHES}",
+            "ask for more samples or more noise",
+        )
+    return needed
+
+
+def _refuse_numbers(samples: int, seed: int, noise: float | None) -> None:
+    if not 1 <= samples <= 1_000_000:
+        raise RenderError(
+            f"{samples} samples", "expected 1 to 1000000 per pixel", f"try {SAMPLES}"
+        )
+    if seed < 0:
+        raise RenderError(f"seed {seed}", "expected 0 or more", "choose another seed")
+    if noise is not None and not 0 < noise < 1:
+        raise RenderError(
+            f"noise {noise:g}", "expected a relative error between 0 and 1", "try 2e-4"
+        )
+
+
+def _seed(seed: int, lamp: str, batch: int) -> int:
+    """A word of its own for every batch of every lamp."""
+    key = (zlib.crc32(lamp.encode()), batch)
+    return int(np.random.SeedSequence(seed, spawn_key=key).generate_state(1)[0])
+
+
+def _image(scene: Any, samples: int, word: int) -> Array:
+    """One batch, (H, W, 3)."""
+    return np.array(mi.render(scene, spp=samples, seed=word), dtype=np.float64)
+
+
+def _detector_factor(scene: Scene) -> Array:
+    """From radiance to power on a pixel in m2 sr, (H, W): aperture / v^2, cos^4, pixel area."""
+    detector, lens = scene.detector, scene.lens
+    pitch_m, image_m = detector.pitch_um * 1e-6, lens.image_distance_m
+    columns = (np.arange(detector.width_px) - (detector.width_px - 1) / 2) * pitch_m
+    rows = (np.arange(detector.height_px) - (detector.height_px - 1) / 2) * pitch_m
+    slant2 = 1 + (columns[None, :] ** 2 + rows[:, None] ** 2) / image_m**2
+    on_axis = math.pi * (lens.aperture_radius_m / image_m) ** 2 * pitch_m**2 * lens.transmission
+    return np.asarray(on_axis / slant2**2)
+
+
+def _curve(nm: Array, value: Array) -> dict[str, Any]:
+    """A spectrum in Mitsuba's words: linear between samples."""
+    return {
+        "type": "irregular",
+        "wavelengths": ", ".join(repr(float(x)) for x in nm),
+        "values": ", ".join(repr(float(x)) for x in value),
+    }
+
+
+def _even_curve(nm: Array, value: Array) -> dict[str, Any]:
+    """The same for evenly spaced samples, as a film response has to be."""
+    return {
+        "type": "regular",
+        "wavelength_min": float(nm[0]),
+        "wavelength_max": float(nm[-1]),
+        "values": ", ".join(repr(float(x)) for x in value),
+    }
+
+
+def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
+    """The camera: looking down the z axis, image upright, its film the palette's channels."""
+    lens, detector = scene.lens, scene.detector
+    half_width_m = detector.width_px * detector.pitch_um * 1e-6 / 2
+    nearest_mm = lens.barrel.distance_mm if lens.barrel else 1.0
+    film: dict[str, Any] = {
+        "type": "specfilm",
+        "width": detector.width_px,
+        "height": detector.height_px,
+        "component_format": "float32",
+        "rfilter": {"type": "box"},
+    }
+    for channel in CHANNELS:
+        film[f"srf_{channel}"] = _even_curve(FILM_NM, palette.film[channel])
+    return {
+        "type": "thinlens",
+        "fov": 2 * math.degrees(math.atan(half_width_m / lens.image_distance_m)),
+        "fov_axis": "x",
+        "aperture_radius": lens.aperture_radius_m * MM_PER_M,
+        "focus_distance": lens.focus_distance_m * MM_PER_M,
+        "near_clip": nearest_mm / 10,
+        "far_clip": 1e6,
+        "to_world": mi.ScalarTransform4f().look_at(
+            origin=[0, 0, scene.camera_distance_m * MM_PER_M], target=[0, 0, 0], up=[0, 1, 0]
+        ),
+        "film": film,
+        "sampler": {"type": sampler},
+    }
+
+
+def _witness(scene: Scene, sensor: dict[str, Any]) -> dict[str, Any]:
+    """Nothing but the lens, its barrel and a sky of radiance 1 at all wavelengths."""
+    result: dict[str, Any] = {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 1},
+        "sensor": sensor,
+        "sky": {"type": "constant", "radiance": {"type": "uniform", "value": 1.0}},
+    }
+    if scene.lens.barrel is not None:
+        result["barrel"] = _ring(scene, scene.lens.barrel)
+    return result
+
+
+def _chart(scene: Scene, lamp: Lamp, palette: Palette, sensor: dict[str, Any]) -> dict[str, Any]:
+    """Panels on a card on a wall, a point lamp of 1 W/sr per unit of film, and the barrel."""
+    result: dict[str, Any] = {
+        "type": "scene",
+        "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
+        "sensor": sensor,
+        "lamp": {
+            "type": "point",
+            "position": [metres * MM_PER_M for metres in lamp.position_m],
+            "intensity": {"type": "uniform", "value": MM_PER_M**2},
+        },
+    }
+    for name, where in panel_rectangles(scene).items():
+        result[f"panel_{name}"] = _plate(where, 0.0, palette.materials[name])
+    half_width_m, half_height_m = scene.chart.width_m / 2, scene.chart.height_m / 2
+    card = Rectangle(
+        left_m=-half_width_m, bottom_m=-half_height_m, right_m=half_width_m, top_m=half_height_m
+    )
+    result["card"] = _plate(card, -CARD_BEHIND_M, palette.materials[CARD])
+    result["wall"] = _plate(_wall(scene), -WALL_BEHIND_M, palette.materials[WALL])
+    if scene.lens.barrel is not None:
+        result["barrel"] = _ring(scene, scene.lens.barrel)
+    return result
+
+
+def _wall(scene: Scene) -> Rectangle:
+    """A wall that fills the image, its blur, and whatever the card leaves."""
+    detector, lens = scene.detector, scene.lens
+    pixel_m = detector.pitch_um * 1e-6 * scene.camera_distance_m / lens.image_distance_m
+    span_px = max(detector.width_px, detector.height_px) + 2 * blur_diameter_px(scene)
+    half_m = max(span_px * pixel_m, scene.chart.width_m, scene.chart.height_m)
+    return Rectangle(left_m=-half_m, bottom_m=-half_m, right_m=half_m, top_m=half_m)
+
+
+def _plate(where: Rectangle, z_m: float, reflectance: Spectrum) -> dict[str, Any]:
+    """A matt rectangle that faces the camera."""
+    middle = [(where.left_m + where.right_m) / 2, (where.bottom_m + where.top_m) / 2, z_m]
+    half = [(where.right_m - where.left_m) / 2, (where.top_m - where.bottom_m) / 2, 1 / MM_PER_M]
+    place = mi.ScalarTransform4f().translate([m * MM_PER_M for m in middle])
+    return {
+        "type": "rectangle",
+        "to_world": place.scale([m * MM_PER_M for m in half]),
+        "bsdf": {"type": "diffuse", "reflectance": _curve(reflectance.nm, reflectance.value)},
+    }
+
+
+def _ring(scene: Scene, barrel: Barrel) -> Any:
+    """A black ring before the aperture, wide enough to stop every ray that misses its opening.
+
+    A polygon of the opening's area stands for the circle.
+    """
+    detector, lens = scene.detector, scene.lens
+    diagonal_m = math.hypot(detector.width_px, detector.height_px) * detector.pitch_um * 1e-6
+    slope = diagonal_m / 2 / lens.image_distance_m
+    outer_mm = 1.5 * (lens.aperture_radius_m * MM_PER_M + barrel.distance_mm * slope)
+    outer_mm = max(outer_mm, 1.5 * barrel.radius_mm)
+    step = 2 * math.pi / RING_SIDES
+    inner_mm = barrel.radius_mm * math.sqrt(step / math.sin(step))
+    angle = np.arange(RING_SIDES) * step
+    z_mm = scene.camera_distance_m * MM_PER_M - barrel.distance_mm
+    vertices = np.concatenate(
+        [
+            np.stack([r * np.cos(angle), r * np.sin(angle), np.full_like(angle, z_mm)], axis=1)
+            for r in (inner_mm, outer_mm)
+        ]
+    )
+    here = np.arange(RING_SIDES)
+    after = (here + 1) % RING_SIDES
+    faces = np.concatenate(
+        [
+            np.stack([here, after, after + RING_SIDES], axis=1),
+            np.stack([here, after + RING_SIDES, here + RING_SIDES], axis=1),
+        ]
+    )
+    black = {"type": "diffuse", "reflectance": {"type": "uniform", "value": 0.0}}
+    properties = mi.Properties()
+    properties["mesh_bsdf"] = mi.load_dict(black)
+    mesh = mi.Mesh("barrel", len(vertices), len(faces), props=properties)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = vertices.astype(np.float32).ravel()
+    parameters["faces"] = faces.astype(np.uint32).ravel()
+    parameters.update()
+    return mesh
