@@ -99,10 +99,11 @@ def measure_panel(stack: NDArray[Any], top_dn: int) -> PanelNoise:
         )
     mean, at_zero, at_top = _mean_image(stack, top_dn)
     across, down = parabola_basis(w), parabola_basis(h)
-    residual = mean - down @ (down.T @ mean)
-    pattern_by_row = mean - (mean @ across) @ across.T
+    pattern = mean - np.rint(mean.mean())  # an even panel then leaves exactly nothing
+    residual = pattern - down @ (down.T @ pattern)
+    residual_by_row = pattern - (pattern @ across) @ across.T
     across32, down32 = across.astype(np.float32), down.astype(np.float32)
-    patterns = np.stack([pattern_by_row.ravel(), residual.ravel()], axis=1).astype(np.float32)
+    patterns = np.stack([residual_by_row.ravel(), residual.ravel()], axis=1).astype(np.float32)
     squares = np.zeros((h, w))
     in_rows: list[Floats] = []
     in_columns: list[Floats] = []
@@ -121,7 +122,7 @@ def measure_panel(stack: NDArray[Any], top_dn: int) -> PanelNoise:
     spatial = _sd_of_residuals(np.sum(residual * residual), h * w)
     spatial_se = se_of_mean(residual * residual) / (2 * spatial) if spatial > 0 else 0.0
     temporal_se = se_of_mean(sigma_t) if n < FEW_FRAMES else _temporal_se(stack, mean, sigma_t)
-    sigma_r = _sd_of_residuals(np.concatenate(in_rows) + np.sum(pattern_by_row**2), h * w)
+    sigma_r = _sd_of_residuals(np.concatenate(in_rows) + np.sum(residual_by_row**2), h * w)
     sigma_c = _sd_of_residuals(np.concatenate(in_columns) + np.sum(residual**2), h * w)
     return PanelNoise(
         frames=n,

@@ -1,0 +1,136 @@
+"""Estimators by name, and a user's own from a file."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+
+from analysis.errors import MethodError
+from analysis.estimators.irie import irie
+from analysis.methods import method, method_names
+from analysis.parameters import NoiseParameters
+from sensor.frames import Capture, Frames, Shot, TooFewFrames
+
+USERS = '''
+from __future__ import annotations
+from dataclasses import dataclass
+import numpy as np
+from analysis.parameters import CannotTell, Estimate, NoiseParameters
+
+@dataclass(frozen=True)
+class Kept:
+    value: float
+
+def darkness(capture):
+    """The mean dark level, as a first estimator."""
+    kept = Kept(float(np.mean(capture.darks[0].dn)))
+    found = Estimate(value=kept.value, se=0.1, unit="DN")
+    return NoiseParameters(method="darkness", channels={"Y": {"fpn": found}})
+
+def unsure(capture):
+    return NoiseParameters(method="unsure", channels={"Y": {"fpn": CannotTell(reason="dark")}})
+
+def fails(capture):
+    return 1 / 0
+
+def number(capture):
+    return 3
+
+def nan(capture):
+    found = Estimate(value=float("nan"), se=0.1, unit="DN")
+    return NoiseParameters(method="nan", channels={"Y": {"fpn": found}})
+
+def bare(capture):
+    return NoiseParameters(method="bare", channels={"Y": {"fpn": 1.0}})
+
+def none():
+    return None
+
+def two(capture, truth):
+    return None
+
+level = 3
+'''
+
+
+@pytest.fixture
+def users(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(USERS)
+    return path
+
+
+def capture(frames: int = 3) -> Capture:
+    dn = np.random.default_rng(0).integers(8, 13, (frames, 20, 20)).astype(np.uint8)
+    shot = Shot(label="dark", exposure_s=0.01, frames=frames)
+    return Capture(camera="test", frames=(Frames(dn=dn, shot=shot, pixels="mono8", bits=8),))
+
+
+def test_a_file_with_a_function_of_its_own_name_is_a_method():
+    assert "irie" in method_names()
+    assert method("irie") is irie
+    assert "panel_noise" not in method_names()
+
+
+def test_a_users_function_is_a_method(users):
+    found = method(f"{users}:darkness")(capture())
+    assert isinstance(found, NoiseParameters)
+    assert found.channels["Y"]["fpn"].value == pytest.approx(capture().darks[0].dn.mean())
+    assert method(f"{users}:unsure")(capture()).channels["Y"]["fpn"].reason == "dark"
+
+
+def test_the_users_file_may_be_named_from_here(users, monkeypatch):
+    monkeypatch.chdir(users.parent)
+    with pytest.raises(MethodError, match=r"ZeroDivisionError: division by zero \(line 21\)"):
+        method("mine.py:fails")(capture())
+    assert method(os.path.join(".", "mine.py") + ":darkness")(capture()).method == "darkness"  # noqa: PTH118
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("iri", r"unknown method 'iri'; expected one of .*irie.*, or FILE.py:function; did you"),
+        ("nothing.py:f", "no file 'nothing.py'"),
+        ("{}:missing", "no function 'missing' in .*; expected one of bare, darkness, fails"),
+        ("{}:level", "'level' in .* is no function"),
+        ("{}:none", "'none' in .* cannot be called with one argument"),
+        ("{}:two", r"'two' in .* cannot be called with one argument.*def two\(capture\):"),
+    ],
+)
+def test_what_is_no_method_is_told_at_once(users, name, said):
+    with pytest.raises(MethodError, match=said):
+        method(name.format(users))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("fails", r"'fails' raised ZeroDivisionError"),
+        ("number", "returned int; expected NoiseParameters"),
+        ("nan", "returned nan .* for fpn of Y; expected finite figures"),
+        ("bare", "returned float for fpn of Y; expected an Estimate or CannotTell"),
+    ],
+)
+def test_what_breaks_the_contract_is_told_when_it_does(users, name, said):
+    with pytest.raises(MethodError, match=said):
+        method(f"{users}:{name}")(capture())
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("def f(:", "SyntaxError"), ("import no_such_module_here", "ModuleNotFoundError")],
+)
+def test_a_file_that_does_not_load_is_told(tmp_path, text, said):
+    path = tmp_path / "broken.py"
+    path.write_text(text)
+    with pytest.raises(MethodError, match=f"cannot be loaded, {said}.*line 1"):
+        method(f"{path}:f")
+
+
+def test_errors_for_people_pass_through_a_users_estimator(tmp_path):
+    path = tmp_path / "wraps.py"
+    path.write_text("from analysis.estimators.irie import irie\ndef mine(c): return irie(c)\n")
+    with pytest.raises(TooFewFrames):
+        method(f"{path}:mine")(capture(frames=1))
