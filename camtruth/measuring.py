@@ -1,0 +1,77 @@
+"""Frames alone to noise parameters, and how often those are right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from analysis.methods import method as method_named
+from analysis.parameters import NoiseParameters
+from analysis.round_trip import Row, Truth, round_trip
+from camtruth.simulating import grey_panels, rates_of
+from foundation.panel import Panel
+from render.rate import RateImage
+from sensor.camera import Camera
+from sensor.capture_folder import read_capture
+from sensor.frames import Capture
+from sensor.mosaic_of_panels import panels_only
+from sensor.protocol import Protocol
+from sensor.record import record
+from sensor.truth import population
+
+DEFAULT_METHOD = "irie"
+
+
+def measure(capture: Capture | Path | str, method: str = DEFAULT_METHOD) -> NoiseParameters:
+    """What an estimator reads out of a capture, or a capture folder.
+
+    Args:
+        capture: frames, or the folder that holds them.
+        method: name of an estimator, or ``FILE.py:function``.
+
+    Raises:
+        InputError: for an unknown method or frames that it cannot use.
+    """
+    estimate = method_named(method)
+    if not isinstance(capture, Capture):
+        capture = read_capture(Path(capture))
+    return estimate(capture)
+
+
+def roundtrip(
+    camera: Camera,
+    protocol: Protocol,
+    images: Mapping[str, RateImage],
+    *,
+    seeds: Sequence[int],
+    methods: Sequence[str] = (DEFAULT_METHOD,),
+    panels: Sequence[Panel] | None = None,
+    progress: Callable[[int], None] = lambda seeds: None,
+) -> tuple[Row, ...]:
+    """Truth against estimate over camera bodies: bias, its standard error, and coverage.
+
+    Every seed is another body with its own fixed patterns and its own noise. Only the panels are
+    simulated, cut out with a margin: estimators look at nothing else.
+
+    Args:
+        camera: the make; its own body seed is not used.
+        protocol: the shots.
+        images: a rate image for every lamp of the protocol.
+        seeds: seeds of the bodies and of their noise.
+        methods: names of estimators.
+        panels: areas to analyse; the middle of the grey panels by default.
+        progress: told the number of seeds just finished.
+    """
+    estimators = [method_named(name) for name in methods]
+    areas = grey_panels(images) if panels is None else tuple(panels)
+    small, rates, moved = panels_only(camera, rates_of(images), areas)
+    truth = population(camera, max(shot.exposure_s for shot in protocol.shot))
+
+    def trips() -> Iterator[tuple[Truth, NoiseParameters]]:
+        for seed in seeds:
+            taken = record(small.with_body(seed), protocol, rates, seed=seed, panels=moved)
+            for estimate in estimators:
+                yield truth, estimate(taken)
+            progress(1)
+
+    return round_trip(trips())

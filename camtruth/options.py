@@ -1,0 +1,109 @@
+"""Options that several commands share, spelt and explained the same everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+OUTPUT_ROOT = Path("camtruth-out")
+MAX_SEED = 2**63 - 1
+SAMPLES = 128
+"""Light paths per pixel: they leave a hundredth of the smallest PRNU that the paper prints."""
+
+
+def out(command: str) -> Callable[[Command], Command]:
+    """`--out DIR` and `--overwrite`, as arguments `out` and `overwrite`."""
+
+    def decorate(function: Command) -> Command:
+        function = click.option(
+            "--overwrite", is_flag=True, help="Replace the output folder if it is not empty."
+        )(function)
+        return click.option(
+            "--out",
+            type=click.Path(path_type=Path),
+            default=OUTPUT_ROOT / command,
+            show_default=True,
+            metavar="DIR",
+            help="Folder to write.",
+        )(function)
+
+    return decorate
+
+
+def seed(meaning: str) -> Callable[[Command], Command]:
+    """`--seed N`, with what it decides."""
+    return click.option(
+        "--seed",
+        type=click.IntRange(0, MAX_SEED),
+        default=0,
+        show_default=True,
+        metavar="N",
+        help=meaning,
+    )
+
+
+as_json = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
+)
+
+camera = click.option(
+    "--camera",
+    default="i400",
+    show_default=True,
+    metavar="NAME|FILE",
+    help="Camera: a preset or a TOML file.",
+)
+
+scene = click.option(
+    "--scene",
+    default="chart",
+    show_default=True,
+    metavar="NAME|FILE",
+    help="Scene for the lamps that are rendered: a preset or a TOML file.",
+)
+
+rate = click.option(
+    "--rate",
+    "rates",
+    multiple=True,
+    metavar="LAMP=FILE",
+    help="Rate image of a lamp, instead of rendering it. Repeat for several lamps.",
+)
+
+settings = click.option(
+    "--with",
+    "settings",
+    multiple=True,
+    metavar="EFFECT.PARAMETER=VALUE",
+    help="Change an effect of the camera, or add one. Repeat for several.",
+)
+
+noise = click.option(
+    "--noise",
+    type=click.FloatRange(1e-6, 1),
+    metavar="REL",
+    help="Relative Monte Carlo error to reach inside every panel, with more samples if needed.",
+)
+
+samples = click.option(
+    "--samples",
+    type=click.IntRange(1, 1_000_000),
+    default=SAMPLES,
+    show_default=True,
+    metavar="N",
+    help="Light paths per pixel.",
+)
+
+body_seed = click.option(
+    "--body-seed",
+    type=click.IntRange(0, MAX_SEED),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Seed of the camera body: its fixed patterns.",
+)
