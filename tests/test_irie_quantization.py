@@ -34,8 +34,10 @@ def test_without_a_gradient_small_noise_is_rounded_away(kind):
 @pytest.mark.parametrize("kind", ["temporal", "spatial"])
 def test_without_a_gradient_the_error_crosses_zero_near_a_third_of_a_step(kind):
     at = curve(kind, gradient=False)
-    crossing = at.added_dn[np.argmax(at.error_dn > 0)]
-    assert 0.25 < crossing <= 0.35
+    above = int(np.argmax(at.error_dn > 0))
+    low, high = at.error_dn[above - 1 : above + 1]
+    crossing = np.interp(0, [low, high], at.added_dn[above - 1 : above + 1])
+    assert crossing == pytest.approx(0.3, abs=0.03)
 
 
 @pytest.mark.parametrize(("kind", "height"), [("temporal", 0.07), ("spatial", 0.056)])

@@ -32,6 +32,7 @@ ONE_EXPOSURE = "darks at a single exposure: add darks at a second one, to see wh
 NO_READ = "needs 'read', which these frames cannot tell"
 NO_FPN = "needs 'fpn', which these frames cannot tell"
 TOO_QUIET = "the dark frames do not change: their noise is below what rounding lets through"
+TOO_EVEN = "the dark frames are even: their pattern is below what rounding lets through"
 
 
 def irie(capture: Capture) -> NoiseParameters:
@@ -138,6 +139,8 @@ def _in_space(
     )
     noise = np.array([r.spatial.noise_dn for r in every])
     d = len(darks)
+    if not noise[:d].any():
+        return _cannot(("fpn",), TOO_EVEN) | _cannot(line_names, NO_FPN), None
     level = fit(np.ones((d, 1)), noise[:d], cov[:d, :d])
     fpn, fpn_cov = level.parameters[0], level.misfit * level.covariance(cov[:d, :d])
     found: dict[str, Finding] = {"fpn": _estimate("fpn", fpn, fpn_cov[0, 0])}
