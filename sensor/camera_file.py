@@ -7,6 +7,7 @@ Each effect is a table ``[effects.NAME]``. A parameter whose name ends in ``_e``
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -80,18 +81,7 @@ def from_document(
     document: CameraDocument, kinds: Mapping[str, type[Effect]] | None = None
 ) -> Camera:
     """The camera that a document describes."""
-    known = {**catalogue(), **(kinds or {})}
-    built = []
-    for name, values in document.effects.items():
-        if name not in known:
-            raise unknown("effect", name, known, CameraError)
-        figures = {
-            key: value
-            for written, figure in values.items()
-            for key, value in [_in_electrons(known[name], written, figure, document.gain_dn_per_e)]
-        }
-        built.append(known[name].with_parameters(figures))
-    return Camera(
+    bare = Camera(
         name=document.name,
         width=document.width,
         height=document.height,
@@ -101,8 +91,18 @@ def from_document(
         gain_dn_per_e=document.gain_dn_per_e,
         black_dn=document.black_dn,
         sensitivity=document.sensitivity,
-        effects=tuple(built),
     )
+    known = {**catalogue(), **(kinds or {})}
+    effects = []
+    for name, values in document.effects.items():
+        if name not in known:
+            raise unknown("effect", name, known, CameraError)
+        figures = dict(
+            _in_electrons(known[name], written, figure, bare.gain_dn_per_e)
+            for written, figure in values.items()
+        )
+        effects.append(known[name].with_parameters(figures))
+    return dataclasses.replace(bare, effects=tuple(effects))
 
 
 def _in_electrons(

@@ -119,9 +119,9 @@ class Stream:
         return arrays.Philox4x32(key, lane - frame * size, start + frame)
 
     def _numpy(self, draw: Any, use: str) -> Any:
-        key = self.key(use)
-        rows = [
-            draw(np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, k % 2**64])))
-            for k in self.frames
-        ]
+        rows = [draw(self._generator(frame, use)) for frame in self.frames]
         return self.backend.tensor(np.stack(rows))
+
+    def _generator(self, frame: int, use: str) -> np.random.Generator:
+        counter = np.array([0, 0, 0, frame % 2**32], dtype=np.uint64)
+        return np.random.Generator(np.random.Philox(key=self.key(use), counter=counter))

@@ -1,0 +1,228 @@
+"""The camera: order, equation (1), and its moments."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from foundation.backend import backend, probe
+from sensor.camera import Camera, pixels_of, simulate, stream_of
+from sensor.camera_file import load, preset_names
+from sensor.catalogue import catalogue
+from sensor.colours import Colours
+from sensor.effects.dark_shot import DarkShot
+from sensor.effects.demosaic import Demosaic
+from sensor.effects.fpn import Fpn
+from sensor.effects.photon_shot import PhotonShot
+from sensor.effects.prnu import Prnu
+from sensor.effects.quantization import Quantization
+from sensor.effects.read_noise import ReadNoise
+from sensor.errors import CameraError
+from sensor.protocol import Shot
+from sensor.signal import Quantity
+from tests.harness import assert_agree, variance_error
+
+BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
+SIDE = 96
+GAIN = 0.5
+LIT = Shot(label="lit", light=("lamp",), exposure_s=0.01, frames=24)
+RATE = 2e5
+
+
+def camera(*effects, **changes) -> Camera:
+    plain = Camera(
+        name="test",
+        width=SIDE,
+        height=SIDE,
+        pixels="bayer16",
+        bits=16,
+        gain_dn_per_e=Colours.of(GAIN),
+        black_dn=100.0,
+    )
+    return dataclasses.replace(plain.plus(*effects), **changes)
+
+
+def rates(rate: float = RATE) -> dict[str, np.ndarray]:
+    return {"lamp": np.full((SIDE, SIDE, 3), rate, np.float32)}
+
+
+def dn(cam: Camera, where: str | None = None, shot: Shot = LIT, **options) -> np.ndarray:
+    """Unrounded DN, (F, H, W): what the moments are told in."""
+    signal = simulate(cam, shot, rates(), where=backend(where), until=Quantity.DN, **options)
+    return signal.numpy().astype(np.float64)
+
+
+@pytest.mark.parametrize("where", BACKENDS)
+def test_equation_one_term_by_term(where: str) -> None:
+    """Temporal variance g^2 (I + d t + r^2), spatial variance g^2 (f^2 + p^2 I^2), mean g I + b."""
+    light, dark_e = RATE * 0.01, 40_000 * 0.01
+    fpn, read, ratio = 30.0, ReadNoise(reset_e=12, thermal_e=9, other_e=8), 0.02
+    cam = camera(
+        Prnu(ratio=ratio),
+        DarkShot(current_e_per_s=40_000),
+        PhotonShot(),
+        Fpn(sigma_e=fpn),
+        read,
+    )
+    frames = dn(cam, where)
+    read_variance = 12**2 + 9**2 + 8**2
+    temporal = GAIN**2 * (light + dark_e + read_variance)
+    spatial = GAIN**2 * (fpn**2 + (ratio * light) ** 2)
+    n, pixels = frames.shape[0], SIDE * SIDE
+    mean_image = frames.mean(0)
+    measured_spatial = mean_image.var(ddof=1) - temporal / n
+    mean_error = math.sqrt((spatial + temporal / n) / pixels)
+    assert_agree(
+        [frames.mean(), frames.var(0, ddof=1).mean(), measured_spatial],
+        [GAIN * light + 100.0, temporal, spatial],
+        [
+            mean_error,
+            variance_error(temporal, (n - 1) * pixels + 1),
+            variance_error(spatial + temporal / n, pixels),
+        ],
+    )
+
+
+@pytest.mark.parametrize("where", BACKENDS)
+def test_read_noise_parts_add_in_quadrature_and_differ_by_colour(where: str) -> None:
+    thermal = Colours(R=3.0, G=10.0, B=30.0)
+    frames = dn(camera(ReadNoise(reset_e=4.0, thermal_e=thermal, other_e=0.0)), where)
+    sites = {"R": frames[:, ::2, ::2], "G": frames[:, ::2, 1::2], "B": frames[:, 1::2, 1::2]}
+    for channel, values in sites.items():
+        expected = GAIN**2 * (16 + thermal[channel] ** 2)
+        got = values.var(0, ddof=1).mean()
+        assert_agree(got, expected, variance_error(expected, values.size), channel)
+
+
+def test_the_clamp_takes_off_the_mean_of_the_dark_charge_and_not_its_noise() -> None:
+    frames = dn(camera(DarkShot(current_e_per_s=1e5), PhotonShot()), shot=dark_shot())
+    expected = GAIN**2 * 1e5 * 0.01
+    assert_agree(frames.mean(), 100.0, math.sqrt(expected / frames.size))
+    assert_agree(frames.var(0, ddof=1).mean(), expected, variance_error(expected, frames.size))
+
+
+def dark_shot() -> Shot:
+    return Shot(label="dark", exposure_s=0.01, frames=24)
+
+
+def test_body_patterns_are_the_same_in_every_shot_and_other_in_another_body() -> None:
+    cam = camera(Fpn(sigma_e=50))
+    lit, dark = dn(cam)[0], dn(cam, shot=dark_shot())[0]
+    assert np.allclose(lit - lit.mean(), dark - dark.mean(), atol=1e-3)
+    assert abs(np.corrcoef(lit.ravel(), dn(cam.with_body(1))[0].ravel())[0, 1]) < 5 / SIDE
+
+
+def test_adding_an_effect_leaves_the_draws_of_the_others_alone() -> None:
+    alone = dn(camera(ReadNoise()))
+    both = dn(camera(ReadNoise(), Fpn(sigma_e=50)))
+    pattern = both - alone
+    assert np.allclose(pattern, pattern[0], atol=2e-3)
+
+
+@pytest.mark.parametrize("where", BACKENDS)
+def test_bilinear_demosaicing_keeps_samples_planes_and_the_noise_ratios(where: str) -> None:
+    """Measured samples pass; a plane comes out as that plane; N_D of equations (4) to (7)."""
+    b = backend(where)
+    cam = camera(Demosaic(), pixels="rgb8", bits=8)
+    y, x = np.mgrid[:SIDE, :SIDE]
+    plane = (3.0 * x + 2.0 * y + 50.0).astype(np.float32)
+    light = {"lamp": np.repeat(plane[..., None], 3, axis=2)}
+    shot = dataclasses.replace(LIT, exposure_s=1.0, frames=1)
+    out = simulate(cam, shot, light, where=b, until=Quantity.DN).numpy()[0]
+    inner = (slice(1, -1), slice(1, -1))
+    assert np.allclose(out[inner], (GAIN * plane + 100.0)[inner][..., None], atol=1e-3)
+
+    noisy = dn(camera(ReadNoise(), Demosaic(), pixels="rgb8", bits=8), where)
+    sigma = GAIN * math.sqrt(8**2 + 10**2 + 4**2)
+    spread = noisy[:, 2:-2, 2:-2].std(0, ddof=1).mean((0, 1)) / sigma
+    c4 = 1 - 1 / (4 * 23)
+    expected = np.array([(1 + math.sqrt(2) + 0.5) / 4, 0.75, (1 + math.sqrt(2) + 0.5) / 4]) * c4
+    pixels = (SIDE - 4) ** 2
+    assert_agree(spread, expected, 0.75 / math.sqrt(2 * 23 * pixels / 4))
+
+
+@pytest.mark.parametrize("where", BACKENDS)
+def test_quantization_rounds_to_the_nearest_and_clips(where: str) -> None:
+    cam = camera(Quantization(), gain_dn_per_e=Colours.of(1.0), black_dn=0.0)
+    values = np.array([0.4, 0.6, 2.49, 2.51, 70_000.0, 5.0], np.float32)
+    image = np.resize(values, (SIDE, SIDE))
+    shot = dataclasses.replace(LIT, exposure_s=1.0, frames=1)
+    light = {"lamp": np.repeat(image[..., None], 3, axis=2)}
+    out = pixels_of(cam, simulate(cam, shot, light, where=backend(where)))[0]
+    assert np.array_equal(out, np.resize([0, 1, 2, 3, 65535, 5], (SIDE, SIDE)))
+
+
+def test_quantization_adds_a_twelfth_and_not_a_bias() -> None:
+    """The faults of two neighbours: truncation shifts by -0.5 DN, rounding twice adds 1/6."""
+    read = ReadNoise(reset_e=0, thermal_e=6, other_e=0)
+    fine, coarse = dn(camera(read)), simulate(camera(read, Quantization()), LIT, rates())
+    rounded = coarse.numpy().astype(np.float64)
+    n = rounded.size
+    added = (rounded - fine).var()
+    assert_agree(
+        [(rounded - fine).mean(), added],
+        [0.0, 1 / 12],
+        [math.sqrt(1 / 12 / n), math.sqrt((1 / 80 - 1 / 144) / n)],
+    )
+
+
+def test_single_precision_is_enough() -> None:
+    """Bias of the chain against double precision, at the largest signals of an 8-bit camera."""
+    cam = camera(Fpn(sigma_e=50), Prnu(ratio=0.02), gain_dn_per_e=Colours.of(1 / 66))
+    got = dn(cam)[0]
+    b = backend()
+    parts = {}
+    for effect in cam.effects:
+        pattern = stream_of(cam, effect, LIT, 0, range(1), b).body.normal(SIDE, SIDE)
+        parts[effect.name] = np.asarray(pattern.numpy(), np.float64).reshape(SIDE, SIDE)
+    electrons = RATE * 0.01 * (1 + 0.02 * parts["prnu"]) + 50 * parts["fpn"]
+    assert abs((got - (electrons / 66 + 100.0)).mean()) < 1e-3
+    assert np.abs(got - (electrons / 66 + 100.0)).max() < 1e-3
+
+
+def test_effects_out_of_physical_order_are_refused_and_both_are_named() -> None:
+    with pytest.raises(CameraError, match=r"'read_noise' before effect 'prnu'"):
+        camera(effects=(ReadNoise(), Prnu()))
+    with pytest.raises(CameraError, match="twice"):
+        camera(effects=(Prnu(), Prnu(ratio=0.03)))
+
+
+def test_plus_puts_effects_in_their_place_and_without_takes_them_out() -> None:
+    cam = camera(Quantization(), Prnu(), ReadNoise(), PhotonShot())
+    assert [e.name for e in cam.effects] == ["prnu", "photon_shot", "read_noise", "quantization"]
+    assert cam.without(Prnu).get(Prnu) is None
+    assert cam.plus(Prnu(ratio=0.05)).get(Prnu) == Prnu(ratio=0.05)
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_presets_simulate_and_give_what_they_promise(name: str) -> None:
+    cam = load(name).resized(32, 48)
+    light = {"lamp": np.full((32, 48, 3), RATE, np.float32)}
+    shot = dataclasses.replace(LIT, frames=2)
+    out = pixels_of(cam, simulate(cam, shot, light))
+    assert out.shape[:3] == (2, 32, 48)
+    assert out.max() <= cam.format.top_dn
+    assert out.std() > 0
+
+
+def test_an_rgb_camera_without_demosaicer_is_refused() -> None:
+    cam = camera(Quantization(), pixels="rgb8", bits=8)
+    with pytest.raises(CameraError, match="demosaic"):
+        pixels_of(cam, simulate(cam, LIT, rates()))
+
+
+def test_a_lamp_without_rate_image_and_one_of_another_size_are_refused() -> None:
+    with pytest.raises(CameraError, match="no rate image"):
+        simulate(camera(), LIT, {})
+    with pytest.raises(CameraError, match="5 x 4 pixels"):
+        simulate(camera(), LIT, {"lamp": np.ones((4, 5, 3), np.float32)})
+
+
+def test_the_base_camera_is_in_the_catalogue() -> None:
+    base = {name for name, kind in catalogue().items() if kind.base}
+    assert base == {
+        "prnu", "dark_shot", "photon_shot", "fpn", "read_noise", "demosaic", "quantization",
+    }  # fmt: skip
