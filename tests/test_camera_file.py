@@ -52,7 +52,7 @@ def test_a_setting_changes_an_effect_or_adds_it() -> None:
     assert with_setting(camera.without(Fpn), "fpn.sigma_e=33") == changed
     in_dn = with_setting(camera, "fpn.sigma_dn=0.5").get(Fpn)
     assert in_dn is not None
-    assert Colours.of(in_dn.sigma_e).G == pytest.approx(0.5 / 0.01515)
+    assert pytest.approx(0.5 / 0.01515) == Colours.of(in_dn.sigma_e).G
 
 
 BAD_SETTINGS = {
