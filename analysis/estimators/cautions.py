@@ -20,6 +20,11 @@ QUIET_DN = 0.5
 """Noise below which rounding depends on where the level lies between two codes."""
 
 
+NO_DARKS = 'no dark frames: add a shot with light = "none"'
+NO_LIGHT = "no lit panel that is neither saturated nor clipped: add lit shots of other levels"
+ONE_EXPOSURE = "darks at a single exposure: add darks at a second one, to see what grows with it"
+
+
 def clipped(seen: Observation) -> bool:
     """Whether half or more of the samples are 0."""
     return seen.noise.at_zero >= CLIPPED

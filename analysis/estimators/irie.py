@@ -13,7 +13,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.estimators.cautions import cautions_of, clipped, clipped_reason, saturated
+from analysis.estimators.cautions import (
+    NO_DARKS,
+    NO_LIGHT,
+    ONE_EXPOSURE,
+    cautions_of,
+    clipped,
+    clipped_reason,
+    saturated,
+)
 from analysis.estimators.hot_pixels import count_hot_pixels
 from analysis.estimators.least_squares import fit
 from analysis.estimators.observations import observe, pattern_covariance
@@ -25,10 +33,7 @@ from sensor.frames import Capture
 LEAST_SPAN_DN = 1.0
 """Means of lit panels that span less than this do not carry a curve."""
 
-NO_DARKS = 'no dark frames: add a shot with light = "none"'
-NO_LIGHT = "no lit panel that is neither saturated nor clipped: add lit shots of other levels"
 ONE_LEVEL = "the lit panels have one level: add shots of other levels, or panels"
-ONE_EXPOSURE = "darks at a single exposure: add darks at a second one, to see what grows with it"
 NO_READ = "needs 'read', which these frames cannot tell"
 NO_FPN = "needs 'fpn', which these frames cannot tell"
 TOO_QUIET = "the dark frames do not change: their noise is below what rounding lets through"
