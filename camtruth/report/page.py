@@ -1,0 +1,163 @@
+"""One page that holds everything: no network, no other file."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jinja2
+
+from analysis.parameters import Estimate, NoiseParameters
+from analysis.round_trip import Row
+from camtruth.report import curves, pictures
+from camtruth.terminal import figure, with_error
+from render.rate import RateImage
+from sensor.camera import Camera
+from sensor.catalogue import effect
+from sensor.frames import Capture
+from sensor.protocol import Protocol
+
+CLEAR = 3.0
+"""A bias of this many standard errors is marked."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contents:
+    """What a report shows.
+
+    Attributes:
+        command: the command line that makes it again.
+        camera, protocol: what was simulated.
+        images: rate images by lamp.
+        capture: the frames.
+        found: what the estimator read out of them.
+        truth: the truth record.
+        rows: the round trip.
+        seeds: how many bodies it had.
+        seconds: how long each part took, by name.
+    """
+
+    command: str
+    camera: Camera
+    protocol: Protocol
+    images: Mapping[str, RateImage]
+    capture: Capture
+    found: NoiseParameters
+    truth: Mapping[str, Any]
+    rows: Sequence[Row]
+    seeds: int
+    seconds: Mapping[str, float]
+
+
+@functools.cache
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("camtruth.report", package_path="."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["spelt"] = _spelt
+    environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:]
+    return environment.get_template("report.html.j2")
+
+
+def page(contents: Contents) -> str:
+    """The report as HTML."""
+    lamps = list(contents.images)
+    return _template().render(
+        command=contents.command,
+        camera=contents.camera,
+        protocol=contents.protocol,
+        lamps=lamps,
+        rendered=pictures.rendered(contents.images, contents.capture.areas),
+        frames=pictures.frames(contents.capture),
+        magnified=pictures.magnified(contents.capture),
+        figures=curves.figures(contents.found, contents.truth, contents.capture),
+        found=found_table(contents.found, contents.truth),
+        trips=trip_table(contents.rows),
+        channels=list(contents.found.channels),
+        method=contents.found.method,
+        warnings=contents.found.warnings,
+        seeds=contents.seeds,
+        truth=contents.truth,
+        effects=effect_table(contents.camera),
+        light=[(lamp, image.header) for lamp, image in contents.images.items()],
+        seconds=contents.seconds,
+    )
+
+
+def found_table(found: NoiseParameters, truth: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """This capture: for each parameter and channel truth, this body's value, and the estimate."""
+    keys = dict.fromkeys(key for findings in found.channels.values() for key in findings)
+    table = []
+    for key in keys:
+        cells = []
+        unit = ""
+        for channel, findings in found.channels.items():
+            finding, true = findings.get(key), truth["noise"][channel].get(key)
+            told = isinstance(finding, Estimate)
+            unit = finding.unit if isinstance(finding, Estimate) else unit
+            cells.append(
+                {
+                    "truth": figure(true["population"]) if true else "–",
+                    "realised": figure(true["realised"]) if true else "–",
+                    "estimate": with_error(finding.value, finding.se)
+                    if isinstance(finding, Estimate)
+                    else "–",
+                    "reason": "" if told or finding is None else getattr(finding, "reason", ""),
+                }
+            )
+        table.append({"parameter": key, "unit": unit, "cells": cells})
+    return table
+
+
+def trip_table(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """The round trip: a line for each parameter, its channels side by side."""
+    lines: dict[tuple[str, str], dict[str, Any]] = {}
+    for row in rows:
+        line = lines.setdefault(
+            (row.method, row.parameter),
+            {"parameter": row.parameter, "method": row.method, "unit": row.unit, "cells": []},
+        )
+        line["cells"].append(
+            {
+                "truth": figure(row.truth),
+                "estimate": figure(row.estimate),
+                "bias": with_error(row.bias, row.bias_se),
+                "coverage": "–" if row.coverage is None else f"{row.coverage:.0%}",
+                "clear": row.bias is not None
+                and row.bias_se is not None
+                and abs(row.bias) > CLEAR * row.bias_se,
+            }
+        )
+    return list(lines.values())
+
+
+def effect_table(camera: Camera) -> list[dict[str, str]]:
+    """What the camera does to light, in the order in which it does it."""
+    table = []
+    for one in camera.effects:
+        values = [
+            f"{p.name} = {_spelt(one.values()[p.name])} {p.unit if p.unit != '1' else ''}".strip()
+            for p in one.parameters()
+        ]
+        kind = effect(one.name)
+        table.append(
+            {
+                "name": one.name,
+                "stage": kind.stage.value,
+                "values": "; ".join(values),
+                "meaning": (kind.__doc__ or "").strip().splitlines()[0],
+            }
+        )
+    return table
+
+
+def _spelt(value: float | dict[str, float]) -> str:
+    if isinstance(value, dict):
+        return " / ".join(f"{v:.4g}" for v in value.values())
+    return f"{value:.4g}"
