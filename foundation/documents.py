@@ -24,6 +24,8 @@ STRICT = pydantic.ConfigDict(extra="forbid", strict=False, allow_inf_nan=False)
 MAX_DOCUMENT_BYTES = 16_000_000
 """A text document larger than this is a mistake or an attack."""
 
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+
 
 @functools.cache
 def _adapter(kind: type[Any]) -> pydantic.TypeAdapter[Any]:
@@ -62,10 +64,12 @@ def convert(data: Any, kind: type[T], source: str) -> T:
     try:
         return _adapter(kind).validate_python(data)  # type: ignore[no-any-return, arg-type]
     except pydantic.ValidationError as problem:
-        first = problem.errors(include_url=False)[0]
+        problems = problem.errors(include_url=False)
+        # A misspelt key is both unknown and missing: its spelling is what to mend.
+        first = next((each for each in problems if each["type"] in _UNKNOWN), problems[0])
         location = tuple(first["loc"])
         where = _path(location)
-        if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        if first["type"] in _UNKNOWN:
             keys = _keys_at(kind, location[:-1])
             raise DocumentError(
                 f"unknown key '{where}' in {source}",
