@@ -8,7 +8,8 @@
 A / v^2 is the solid angle of the aperture from the centre of the detector, as for a thin lens
 seen along its chief ray; w is the part of the aperture that the barrel leaves open, the overlap
 of two circles. Everything inside a panel is a matt plane, so defocus averages over a disc of 2 mm
-in which nothing curves: it is left out, and this image is right inside panels only.
+in which nothing curves: E is taken at the centroid of what the barrel leaves of the disc, blurred
+edges are left out, and this image is right inside panels only.
 
 Spectra are linear between samples, so a product of three of them and the wavelength is a
 polynomial of degree 4 in each cell, which three Gauss-Legendre points integrate exactly.
@@ -65,8 +66,8 @@ def pixel_points(scene: Scene) -> tuple[Array, Array]:
     """Where the chief ray of each pixel's centre meets the chart: x (1, W) and y (H, 1) in m."""
     detector = scene.detector
     scale = detector.pitch_um * 1e-6 * scene.camera_distance_m / scene.lens.image_distance_m
-    columns = np.arange(detector.width_px) + 0.5 - detector.width_px / 2
-    rows = detector.height_px / 2 - (np.arange(detector.height_px) + 0.5)
+    columns: Array = np.arange(detector.width_px) + 0.5 - detector.width_px / 2
+    rows: Array = detector.height_px / 2 - (np.arange(detector.height_px) + 0.5)
     return (columns * scale)[None, :], (rows * scale)[:, None]
 
 
@@ -83,36 +84,49 @@ def natural_falloff(scene: Scene, x_m: Array, y_m: Array) -> Array:
     return np.asarray((distance**2 / (distance**2 + x_m**2 + y_m**2)) ** 2)
 
 
-def circle_overlap(radius_a: float, radius_b: float, separation: Array) -> Array:
-    """Area common to two circles: two circular segments, or the smaller circle, or nothing."""
-    small, large = sorted((radius_a, radius_b))
-    d = np.clip(separation, large - small, large + small)
-    d = np.where(d > 0, d, 1.0)
-    near = np.arccos(np.clip((d**2 + small**2 - large**2) / (2 * d * small), -1, 1))
-    far = np.arccos(np.clip((d**2 + large**2 - small**2) / (2 * d * large), -1, 1))
-    lens = small**2 * (near - np.sin(2 * near) / 2) + large**2 * (far - np.sin(2 * far) / 2)
-    return np.where(separation <= large - small, np.pi * small**2, lens)
+def circle_overlap(radius_a: float, radius_b: float, separation: Array) -> tuple[Array, Array]:
+    """Area common to two circles, and how far its centroid lies from A's centre towards B's.
+
+    The common area is a segment of A and a segment of B on one chord. A segment's first moment
+    about its own circle's centre is two thirds of the cube of half its chord, so those of the two
+    cancel but for the separation times the segment of B.
+    """
+    a, b = radius_a, radius_b
+    d = np.clip(separation, max(abs(a - b), 1e-12 * a), a + b)
+    of_a = np.arccos(np.clip((d**2 + a**2 - b**2) / (2 * d * a), -1, 1))
+    of_b = np.arccos(np.clip((d**2 + b**2 - a**2) / (2 * d * b), -1, 1))
+    segment_a = a**2 * (of_a - np.sin(2 * of_a) / 2)
+    segment_b = b**2 * (of_b - np.sin(2 * of_b) / 2)
+    area = segment_a + segment_b
+    centroid = np.divide(d * segment_b, area, out=np.zeros_like(d), where=area > 0)
+    within = separation <= abs(a - b)
+    area = np.where(within, np.pi * min(a, b) ** 2, area)
+    return area, np.where(within, 0.0 if a <= b else separation, centroid)
 
 
-def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> Array:
-    """The part of the aperture that the barrel leaves open for each pixel.
+def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> tuple[Array, Array]:
+    """The part of the aperture that the barrel leaves open for each pixel, and, on the chart,
+    the factor by which the centroid of the light lies nearer to the optical axis.
 
     All rays of a pixel meet in its point of sharp focus F; through it the barrel's opening
     projects onto the aperture as a circle of radius r / (1 - z/u), shifted by -F (z/u) / (1 - z/u).
+    A ray through the point a of the aperture meets the chart (1 - d/u) a off the chief ray.
     """
     lens: Lens = scene.lens
+    radius = np.hypot(x_m, y_m)
     if lens.barrel is None:
-        return np.ones(np.broadcast(x_m, y_m).shape)
+        return np.ones_like(radius), np.ones_like(radius)
     near = lens.barrel.distance_mm * 1e-3 / lens.focus_distance_m
-    to_focus = lens.focus_distance_m / scene.camera_distance_m
-    shift = np.hypot(x_m, y_m) * to_focus * near / (1 - near)
+    beyond = scene.camera_distance_m / lens.focus_distance_m
+    shift = radius / beyond * near / (1 - near)
     aperture = lens.aperture_radius_m
-    shared = circle_overlap(aperture, lens.barrel.radius_mm * 1e-3 / (1 - near), shift)
-    return np.asarray(shared / (np.pi * aperture**2))
+    shared, centroid = circle_overlap(aperture, lens.barrel.radius_mm * 1e-3 / (1 - near), shift)
+    moved = np.divide((1 - beyond) * -centroid, radius, out=np.zeros_like(radius), where=radius > 0)
+    return np.asarray(shared / (np.pi * aperture**2)), np.asarray(1 + moved)
 
 
 def material_rates(scene: Scene, lamp: Lamp) -> Array:
-    """Spectral integrals (27, 3) of the panels, then the card and the wall, in e-/(s sr)."""
+    """Spectral integrals (26, 3) of the panels, then the card and the wall, in e-/(s sr)."""
     light, curves = emission(lamp), response(scene.detector.response)
     materials: list[Spectrum | float] = [*reflectances(scene.chart.reflectances)]
     materials += [scene.chart.frame_reflectance, scene.surround_reflectance]
@@ -144,14 +158,15 @@ def render(scene: Scene, lamp: str | Lamp) -> RateImage:
     x_m, y_m = pixel_points(scene)
     lens = scene.lens
     solid_angle_sr = np.pi * lens.aperture_radius_m**2 / lens.image_distance_m**2
+    open_part, moved = open_aperture(scene, x_m, y_m)
     detector_factor = (
         lens.transmission
         * solid_angle_sr
         * natural_falloff(scene, x_m, y_m)
-        * open_aperture(scene, x_m, y_m)
+        * open_part
         * (scene.detector.pitch_um * 1e-6) ** 2
     )
-    shading = irradiance_factor(source, x_m, y_m) / np.pi * detector_factor
+    shading = irradiance_factor(source, x_m * moved, y_m * moved) / np.pi * detector_factor
     rate = material_rates(scene, source)[material_map(scene, x_m, y_m)] * shading[..., None]
     header = RateHeader(
         scene=scene.name,

@@ -7,6 +7,7 @@ are then drawn where the lamp shines, so that a mercury line takes the share of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -21,13 +22,13 @@ from scenes.spectra import BAND_NM, CHANNELS, Spectrum, reflectances, spectrum
 
 Array = NDArray[np.float64]
 
-FILM_NM = np.arange(BAND_NM[0], BAND_NM[1] + 1)
-"""A sample every nm: products of tables at 5 nm are linear between these to 1e-5."""
-FINE_NM = np.linspace(*BAND_NM, 4001)
-"""A sample every 0.1 nm, for integrals."""
-BANDS_NM = {"R": (600.0, 700.0), "G": (500.0, 600.0), "B": (400.0, 500.0)}
+STEP_NM, FINE_STEP_NM = 1.0, 0.1
+"""Grid of a film, and of the integrals: a product of tables at 5 nm is linear between the samples
+of the first to 1e-5, of the second to 1e-7."""
+BANDS_NM = {"B": (400.0, 500.0), "G": (500.0, 600.0), "R": (600.0, 700.0)}
 GUARD_NM = 10.0
-"""Where the bands of integrated colour lie, and how far their films keep from the borders."""
+"""Where the bands of integrated colour lie, in rising order, and how far their films keep from
+the borders, where one reflectance passes into the next."""
 CARD, WALL = "card", "wall"
 
 
@@ -36,15 +37,24 @@ class Palette:
     """What Mitsuba is told.
 
     Attributes:
-        film: response of each channel on `FILM_NM`, any unit.
+        film_nm: an even grid of wavelengths.
+        film: response of each channel on that grid, any unit.
         materials: reflectance by panel name, and of the card and the wall.
         white: for each channel, what a white plate under 1 sr of this lamp gives, in e-/(s sr):
             the true integral that stands behind the film's.
     """
 
+    film_nm: Array
     film: dict[str, Array]
     materials: dict[str, Spectrum]
     white: Array
+
+
+def _grid(curves: Mapping[str, Spectrum], step_nm: float) -> Array:
+    """An even grid over what the camera sees: curves end abruptly where their tables do."""
+    low = max(BAND_NM[0], min(curve.nm[0] for curve in curves.values()))
+    high = min(BAND_NM[1], max(curve.nm[-1] for curve in curves.values()))
+    return np.linspace(low, high, math.ceil((high - low) / step_nm) + 1)
 
 
 def _response(
@@ -65,11 +75,11 @@ def _materials(scene: Scene) -> dict[str, Spectrum]:
 
 def sampled(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Palette:
     """True colour, wavelength by wavelength."""
-    peak = scene.detector.peak_quantum_efficiency
-    film = _response(lamp, peak, curves, FILM_NM)
-    white = np.array([np.trapezoid(film[channel], FILM_NM) for channel in CHANNELS])
+    nm = _grid(curves, STEP_NM)
+    film = _response(lamp, scene.detector.peak_quantum_efficiency, curves, nm)
+    white = np.array([np.trapezoid(film[channel], nm) for channel in CHANNELS])
     film = {channel: film[channel] / white.max() for channel in CHANNELS}
-    return Palette(film=film, materials=_materials(scene), white=white)
+    return Palette(film_nm=nm, film=film, materials=_materials(scene), white=white)
 
 
 def integrated(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Palette:
@@ -77,19 +87,24 @@ def integrated(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Pale
 
     Exact for light that is reflected once: the channel is then linear in the reflectance.
     """
-    peak = scene.detector.peak_quantum_efficiency
-    weight = _response(lamp, peak, curves, FINE_NM)
-    white = {channel: np.trapezoid(weight[channel], FINE_NM) for channel in CHANNELS}
+    nm = _grid(curves, FINE_STEP_NM)
+    weight = _response(lamp, scene.detector.peak_quantum_efficiency, curves, nm)
+    white = {channel: float(np.trapezoid(weight[channel], nm)) for channel in CHANNELS}
     materials = {}
     for name, curve in _materials(scene).items():
-        reflectance = curve.at(FINE_NM)
-        nodes = []
-        for channel, (low_nm, high_nm) in sorted(BANDS_NM.items(), key=lambda item: item[1]):
-            mean = np.trapezoid(weight[channel] * reflectance, FINE_NM) / white[channel]
-            nodes += [(low_nm, mean), (high_nm - 1, mean)]
-        materials[name] = spectrum(*zip(*nodes, strict=True))
+        nodes_nm, means = [], []
+        for channel, (low_nm, high_nm) in BANDS_NM.items():
+            nodes_nm += [low_nm, high_nm - STEP_NM]
+            means += [np.trapezoid(weight[channel] * curve.at(nm), nm) / white[channel]] * 2
+        materials[name] = spectrum(nodes_nm, means)
+    film_nm = np.arange(BANDS_NM["B"][0], BANDS_NM["R"][1] + STEP_NM, STEP_NM)
     film = {
-        channel: ((low + GUARD_NM <= FILM_NM) & (high - GUARD_NM >= FILM_NM)).astype(np.float64)
+        channel: ((low + GUARD_NM <= film_nm) & (film_nm <= high - GUARD_NM)).astype(np.float64)
         for channel, (low, high) in BANDS_NM.items()
     }
-    return Palette(film=film, materials=materials, white=np.array([white[c] for c in CHANNELS]))
+    return Palette(
+        film_nm=film_nm,
+        film=film,
+        materials=materials,
+        white=np.array([white[channel] for channel in CHANNELS]),
+    )

@@ -16,7 +16,7 @@ Colour has two treatments (`wavelengths`), one code path, in Mitsuba's spectral 
     magnitude, needed as soon as light meets two coloured surfaces.
 
 Noise is divided out, not averaged out: each batch is rendered a second time with the same random
-numbers and nothing but a uniformly bright sky before the lens. What that witness should show is
+numbers and nothing but a uniformly bright wall before the lens. What that witness should show is
 known (`pupil.open_fraction`); what it shows differs by the luck of this batch, which paths the
 barrel stops and which wavelengths are drawn, and the image of the chart shares that luck. The
 rate is the ratio of the two times the known value (a ratio estimator: W. G. Cochran, Sampling
@@ -41,13 +41,13 @@ from numpy.typing import NDArray
 from foundation.backend import backend
 from foundation.panel import Panel
 from render.errors import RenderError
-from render.palette import CARD, FILM_NM, WALL, Palette, integrated, sampled
+from render.palette import CARD, WALL, Palette, integrated, sampled
 from render.pupil import open_fraction
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
 from scenes.geometry import Rectangle, blur_diameter_px, panel_rectangles, panels
 from scenes.scene import Barrel, Lamp, Scene
-from scenes.spectra import CHANNELS, Spectrum, response
+from scenes.spectra import BAND_NM, CHANNELS, Spectrum, response, spectrum
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -58,7 +58,7 @@ VARIANTS = {"scalar": "scalar_spectral", "llvm": "llvm_ad_spectral", "cuda": "cu
 BATCHES = 8
 """Independent batches, at least: the variance is known to 1 in 2 from eight, pixel by pixel."""
 MOST_BATCHES = 4096
-SAMPLES = 128
+SAMPLES = 72
 """Light paths per pixel by default."""
 
 MM_PER_M = 1e3
@@ -66,6 +66,10 @@ MM_PER_M = 1e3
 CARD_BEHIND_M, WALL_BEHIND_M = 0.3e-3, 2e-3
 """The panels are glued on the card, and the card hangs on the wall."""
 RING_SIDES = 512
+BLACK = spectrum(BAND_NM, (0.0, 0.0))
+
+DIRECT_LIGHT = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+"""A point lamp cannot be met by chance, so that asking it once is all there is to do."""
 
 
 @dataclass(kw_only=True)
@@ -161,6 +165,25 @@ def render(
     return rate_image(rate, variance, header)
 
 
+def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Array, Array]:
+    """What the traced barrel leaves open of the aperture, (H, W), and its variance.
+
+    It is the witness by itself, to be held against `pupil.open_fraction`: the ratio above would
+    hide a ring of the wrong size.
+    """
+    _refuse_numbers(samples, seed, None)
+    mi.set_variant(VARIANTS[backend().name])
+    palette = integrated(scene, scene.lamp[0], response(scene.detector.response))
+    witness = mi.load_dict(_witness(scene, _sensor(scene, palette, "multijitter")))
+    per_batch = math.ceil(math.sqrt(samples / BATCHES)) ** 2
+    area = sum(float(np.trapezoid(palette.film[c], palette.film_nm)) for c in CHANNELS)
+    batches = [
+        _image(witness, per_batch, _seed(seed, "barrel", number)).sum(axis=2) / area
+        for number in range(BATCHES)
+    ]
+    return np.mean(batches, axis=0), np.var(batches, axis=0, ddof=1) / BATCHES
+
+
 def relative_noise(
     rate: NDArray[Any], variance: NDArray[Any], clear: tuple[Panel, ...]
 ) -> tuple[float, ...]:
@@ -195,9 +218,7 @@ def _batches_needed(sums: _Sums, clear: tuple[Panel, ...], noise: float) -> int:
 
 def _refuse_numbers(samples: int, seed: int, noise: float | None) -> None:
     if not 1 <= samples <= 1_000_000:
-        raise RenderError(
-            f"{samples} samples", "expected 1 to 1000000 per pixel", f"try {SAMPLES}"
-        )
+        raise RenderError(f"{samples} samples", "expected 1 to 1000000 per pixel", f"try {SAMPLES}")
     if seed < 0:
         raise RenderError(f"seed {seed}", "expected 0 or more", "choose another seed")
     if noise is not None and not 0 < noise < 1:
@@ -228,12 +249,14 @@ def _detector_factor(scene: Scene) -> Array:
     return np.asarray(on_axis / slant2**2)
 
 
-def _curve(nm: Array, value: Array) -> dict[str, Any]:
+def _curve(curve: Spectrum) -> dict[str, Any]:
     """A spectrum in Mitsuba's words: linear between samples."""
+    if np.ptp(curve.value) == 0:  # Mitsuba refuses a table of zeros
+        return {"type": "uniform", "value": float(curve.value[0])}
     return {
         "type": "irregular",
-        "wavelengths": ", ".join(repr(float(x)) for x in nm),
-        "values": ", ".join(repr(float(x)) for x in value),
+        "wavelengths": ", ".join(repr(float(x)) for x in curve.nm),
+        "values": ", ".join(repr(float(x)) for x in curve.value),
     }
 
 
@@ -260,7 +283,7 @@ def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
         "rfilter": {"type": "box"},
     }
     for channel in CHANNELS:
-        film[f"srf_{channel}"] = _even_curve(FILM_NM, palette.film[channel])
+        film[f"srf_{channel}"] = _even_curve(palette.film_nm, palette.film[channel])
     return {
         "type": "thinlens",
         "fov": 2 * math.degrees(math.atan(half_width_m / lens.image_distance_m)),
@@ -278,12 +301,18 @@ def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
 
 
 def _witness(scene: Scene, sensor: dict[str, Any]) -> dict[str, Any]:
-    """Nothing but the lens, its barrel and a sky of radiance 1 at all wavelengths."""
+    """Nothing but the lens, its barrel and a black wall that glows with radiance 1 at all
+    wavelengths.
+
+    Each path meets barrel or wall and asks a lamp once, as in the chart's scene: the scalar
+    backend draws one random number after the other, and the two have to draw equally many.
+    """
+    glow = {"type": "area", "radiance": {"type": "uniform", "value": 1.0}}
     result: dict[str, Any] = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": 1},
+        "integrator": DIRECT_LIGHT,
         "sensor": sensor,
-        "sky": {"type": "constant", "radiance": {"type": "uniform", "value": 1.0}},
+        "wall": {**_plate(_wall(scene), -WALL_BEHIND_M, BLACK), "emitter": glow},
     }
     if scene.lens.barrel is not None:
         result["barrel"] = _ring(scene, scene.lens.barrel)
@@ -294,7 +323,7 @@ def _chart(scene: Scene, lamp: Lamp, palette: Palette, sensor: dict[str, Any]) -
     """Panels on a card on a wall, a point lamp of 1 W/sr per unit of film, and the barrel."""
     result: dict[str, Any] = {
         "type": "scene",
-        "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
+        "integrator": DIRECT_LIGHT,
         "sensor": sensor,
         "lamp": {
             "type": "point",
@@ -332,7 +361,7 @@ def _plate(where: Rectangle, z_m: float, reflectance: Spectrum) -> dict[str, Any
     return {
         "type": "rectangle",
         "to_world": place.scale([m * MM_PER_M for m in half]),
-        "bsdf": {"type": "diffuse", "reflectance": _curve(reflectance.nm, reflectance.value)},
+        "bsdf": {"type": "diffuse", "reflectance": _curve(reflectance)},
     }
 
 
@@ -364,9 +393,8 @@ def _ring(scene: Scene, barrel: Barrel) -> Any:
             np.stack([here, after + RING_SIDES, here + RING_SIDES], axis=1),
         ]
     )
-    black = {"type": "diffuse", "reflectance": {"type": "uniform", "value": 0.0}}
     properties = mi.Properties()
-    properties["mesh_bsdf"] = mi.load_dict(black)
+    properties["mesh_bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": _curve(BLACK)})
     mesh = mi.Mesh("barrel", len(vertices), len(faces), props=properties)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = vertices.astype(np.float32).ravel()

@@ -1,7 +1,7 @@
 """What the barrel leaves open of the aperture, by slicing it: the path tracer's exact weight.
 
 The aperture seen from a pixel is its disc less what the barrel's round opening, projected through
-the pixel's point of sharp focus, does not cover. The open area is summed slice by slice, so that
+the pixel's point of sharp focus, does not cover. The open area is summed slice by slice along the shift, so that
 it shares nothing with the closed form of two overlapping circles in `closed_form`, and so that a
 test can hold one against the other.
 """
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from scenes.scene import Scene
 
-SLICES = 4000
-RADII = 400
-"""Slices of the aperture, and radii in the image between which is interpolated: error < 1e-6."""
+SLICES = 1000
+RADII = 1000
+"""Slices of the aperture, and radii in the image between which is interpolated: error below 1e-5."""
 
 
 def open_fraction(scene: Scene) -> NDArray[np.float64]:
@@ -42,10 +42,12 @@ def _open_at(scene: Scene, image_radius_m: float) -> float:
     shrink = 1 - depth_m / lens.focus_distance_m
     opening_m = barrel.radius_mm * 1e-3 / shrink
     centre_m = -focus_m * (depth_m / lens.focus_distance_m) / shrink
-    angle = (np.arange(SLICES) + 0.5) * np.pi / SLICES
-    slice_m = aperture_m * np.cos(angle)
-    thickness_m = aperture_m * np.sin(angle) * np.pi / SLICES
-    of_aperture = aperture_m * np.sin(angle)
-    of_opening = np.sqrt(np.maximum(opening_m**2 - (slice_m - centre_m) ** 2, 0))
-    open_m2 = 2 * np.sum(np.minimum(of_aperture, of_opening) * thickness_m)
+    angle = (np.arange(SLICES) + 0.5) * np.pi / SLICES - np.pi / 2
+    height_m, thickness_m = aperture_m * np.sin(angle), aperture_m * np.cos(angle) * np.pi / SLICES
+    of_aperture = aperture_m * np.cos(angle)
+    of_opening = np.sqrt(np.maximum(opening_m**2 - height_m**2, 0))
+    length_m = np.minimum(of_aperture, centre_m + of_opening) - np.maximum(
+        -of_aperture, centre_m - of_opening
+    )
+    open_m2 = np.sum(np.maximum(length_m, 0) * thickness_m)
     return float(open_m2 / (np.pi * aperture_m**2))

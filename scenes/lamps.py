@@ -31,7 +31,7 @@ def transmission(gel: Filter, nm: ArrayLike) -> NDArray[np.float64]:
 
     visible = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1)
     scaled = np.exp(log_shape(wavelengths) - log_shape(visible).max())
-    return np.minimum(gel.peak_transmission * scaled, 1.0)
+    return np.asarray(np.minimum(gel.peak_transmission * scaled, 1.0))
 
 
 def emission(lamp: Lamp) -> Spectrum:

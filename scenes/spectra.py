@@ -47,7 +47,8 @@ class Spectrum:
 
     def at(self, nm: ArrayLike) -> NDArray[np.float64]:
         """The quantity at some wavelengths in nm."""
-        return np.interp(nm, self.nm, self.value, left=0.0, right=0.0)
+        where = np.asarray(nm, dtype=np.float64)
+        return np.asarray(np.interp(where, self.nm, self.value, left=0.0, right=0.0))
 
     def integral(self, low_nm: float = BAND_NM[0], high_nm: float = BAND_NM[1]) -> float:
         """The integral over wavelength, exact for what is linear between samples."""
