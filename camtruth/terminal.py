@@ -71,16 +71,18 @@ def figure(value: float | None, digits: int = 3) -> str:
     return "–" if value is None else f"{value:.{digits}g}"
 
 
-def with_error(value: float | None, se: float | None) -> str:
-    """A figure with its standard error, both to the error's second digit: 1.613 ± 0.012."""
-    if value is None or se is None:
+def rounded(value: float | None, se: float | None) -> str:
+    """A figure to the second digit of its standard error."""
+    if value is None or se is None or not se > 0:
         return figure(value)
-    if not se > 0:
-        return f"{value:.4g} ± {se:.2g}"
-    decimals = max(0, 1 - exponent(se))
-    return f"{value:.{decimals}f} ± {se:.{decimals}f}"
+    return f"{value:.{max(0, 1 - _exponent(se))}f}"
 
 
-def exponent(value: float) -> int:
+def with_error(value: float | None, se: float | None) -> str:
+    """A figure with its standard error, as in 1.613 ± 0.012."""
+    return f"{rounded(value, se)} ± {rounded(se, se)}" if value is not None else figure(value)
+
+
+def _exponent(value: float) -> int:
     """The power of ten of a positive figure."""
     return int(f"{value:e}".partition("e")[2])

@@ -101,9 +101,9 @@ def _cells(row: Row) -> tuple[str, ...]:
         row.channel,
         row.method,
         terminal.figure(row.truth),
-        terminal.figure(row.estimate),
+        terminal.rounded(row.estimate, row.bias_se),
         terminal.with_error(row.bias, row.bias_se),
-        terminal.figure(row.rms),
+        terminal.rounded(row.rms, row.bias_se),
         "–" if row.coverage is None else f"{row.coverage:.0%}",
         row.unit,
     )

@@ -55,7 +55,8 @@ def figures(found: NoiseParameters, truth: Mapping[str, Any], capture: Capture) 
         ),
         (
             "Total noise by rows (Fig. 6)",
-            "As it stands in the frames, against what the noise parameters predict.",
+            "As it stands in the frames. The curves put the noise parameters into equation (1),"
+            " where variances add.",
             "rows_dn",
             "rows_se_dn",
             "total noise / DN",

@@ -12,7 +12,7 @@ import jinja2
 from analysis.parameters import Estimate, NoiseParameters
 from analysis.round_trip import Row
 from camtruth.report import curves, pictures
-from camtruth.terminal import figure, with_error
+from camtruth.terminal import figure, rounded, with_error
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import effect
@@ -116,25 +116,26 @@ def found_table(found: NoiseParameters, truth: Mapping[str, Any]) -> list[dict[s
 
 
 def trip_table(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """The round trip: a line for each parameter, its channels side by side."""
-    lines: dict[tuple[str, str], dict[str, Any]] = {}
+    """The round trip: a group of lines for each parameter of each method, one for each channel."""
+    groups: dict[tuple[str, str], dict[str, Any]] = {}
     for row in rows:
-        line = lines.setdefault(
-            (row.method, row.parameter),
-            {"parameter": row.parameter, "method": row.method, "unit": row.unit, "cells": []},
-        )
-        line["cells"].append(
+        head = {"parameter": row.parameter, "method": row.method, "unit": row.unit, "lines": []}
+        group = groups.setdefault((row.method, row.parameter), head)
+        told = row.bias is not None and row.bias_se is not None
+        group["lines"].append(
             {
+                "channel": row.channel,
                 "truth": figure(row.truth),
-                "estimate": figure(row.estimate),
-                "bias": with_error(row.bias, row.bias_se),
+                "estimate": rounded(row.estimate, row.bias_se),
+                "bias": rounded(row.bias, row.bias_se),
+                "se": rounded(row.bias_se, row.bias_se),
+                "rms": rounded(row.rms, row.bias_se),
                 "coverage": "–" if row.coverage is None else f"{row.coverage:.0%}",
-                "clear": row.bias is not None
-                and row.bias_se is not None
-                and abs(row.bias) > CLEAR * row.bias_se,
+                "biased": told and abs(row.bias or 0.0) > CLEAR * (row.bias_se or 0.0),
+                "reason": row.reason or "",
             }
         )
-    return list(lines.values())
+    return list(groups.values())
 
 
 def effect_table(camera: Camera) -> list[dict[str, str]]:
