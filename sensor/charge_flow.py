@@ -1,0 +1,39 @@
+"""Charge that moves between neighbouring photosites without getting lost at the border."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import drjit as dr
+
+from sensor.neighbours import Neighbours
+from sensor.signal import Signal
+
+BESIDE = ((0, -1), (0, 1), (-1, 0), (1, 0))
+"""The four nearest neighbours, (dy, dx)."""
+
+
+def exists(near: Neighbours, dy: int, dx: int) -> Any:
+    """Whether the pixel dy below and dx to the right lies on the sensor: flat mask."""
+    signed = dr.int32_array_t(type(near.row))
+    y, x = signed(near.row) + dy, signed(near.column) + dx
+    return (y >= 0) & (y < near.shape[1]) & (x >= 0) & (x < near.shape[2])
+
+
+def after_exchange(signal: Signal, inflow: Callable[[Any, Any, int], Any]) -> Any:
+    """The charge of every pixel after an exchange with its four neighbours, as a tensor.
+
+    Args:
+        signal: charge, (f, H, W).
+        inflow: charge that a pixel gets from a neighbour, from (own charge, neighbour's charge,
+            dy); antisymmetric in the charges, so that nothing is made or lost. dy is 0 for the
+            neighbours in the same row.
+    """
+    near = Neighbours(signal)
+    own = near.flat
+    total = own
+    for dy, dx in BESIDE:
+        gained = inflow(own, near.flat_at(dy, dx), dy)
+        total = total + dr.select(exists(near, dy, dx), gained, 0.0)
+    return near.tensor(total, signal.shape)

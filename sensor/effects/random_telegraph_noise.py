@@ -1,0 +1,149 @@
+"""Random telegraph noise."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import drjit as dr
+
+from sensor.effect import Effect, Stage, parameter
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomTelegraphNoise(Effect):
+    """In a few photosites a single trap fills and empties, and shifts the level up and down.
+
+    A Markov chain of two levels, 0 and A, with mean dwell times t_up and t_down, looked at once a
+    frame. A is exponential over the affected photosites. The chain forgets itself at the events of
+    a Poisson process of rate 1/tau = 1/t_up + 1/t_down; at each it is up with probability
+    p = t_up / (t_up + t_down), and in between it stays: exactly that chain, and one that any frame
+    can look up without running through those before it.
+
+    Consequence: an affected photosite shows two levels and no more, with variance A^2 p (1 - p)
+    and correlation exp(-k interval / tau) between frames k apart. Independent noise of equal
+    variance shows neither.
+    """
+
+    name: ClassVar[str] = "random_telegraph_noise"
+    stage: ClassVar[Stage] = Stage.PHOTOSITE
+    position: ClassVar[int] = 55
+    reference: ClassVar[str] = (
+        "Hopkins and Hopkinson, Random telegraph signals from proton-irradiated CCDs, IEEE Trans. "
+        "Nucl. Sci. 40, 1993; Wang et al., Random telegraph signal in CMOS image sensor pixels, "
+        "IEDM 2006"
+    )
+
+    fraction: float = parameter(
+        0.01,
+        unit="1",
+        minimum=0.0,
+        maximum=0.3,
+        identity=0.0,
+        doc="share of the photosites that have such a trap",
+    )
+    amplitude_e: float = parameter(
+        200.0,
+        unit="e-",
+        minimum=0.0,
+        maximum=10_000.0,
+        identity=0.0,
+        doc="mean difference between the two levels",
+    )
+    dwell_up_s: float = parameter(
+        0.5, unit="s", minimum=1e-3, maximum=1000.0, doc="mean time at the upper level"
+    )
+    dwell_down_s: float = parameter(
+        1.0, unit="s", minimum=1e-3, maximum=1000.0, doc="mean time at the lower level"
+    )
+
+    @property
+    def tau_s(self) -> float:
+        """Correlation time of the chain."""
+        return 1.0 / (1.0 / self.dwell_up_s + 1.0 / self.dwell_down_s)
+
+    @property
+    def share_up(self) -> float:
+        """Probability of the upper level."""
+        return self.dwell_up_s / (self.dwell_up_s + self.dwell_down_s)
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        _, height, width = signal.shape
+        traps = round(self.fraction * height * width)
+        frames = len(signal.frames)
+        value = signal.value + dr.zeros(type(signal.value), (frames, 1, 1))
+        if traps == 0:
+            return signal.replace(value)
+        # lanes come in powers of two, so that another fraction does not compile another kernel
+        lanes = 1 << (traps - 1).bit_length()
+        state = self.levels(signal, stream, lanes)
+
+        flat = type(value.array)
+        index = dr.uint32_array_t(flat)
+        lane = dr.arange(index, frames * lanes)
+        frame = lane // lanes
+        trap = lane - frame * lanes
+        place = index(stream.body.uniform(lanes, use="where").array * (height * width))
+        size = -self.amplitude_e * dr.log(1.0 - stream.body.uniform(lanes, use="size").array)
+        dr.eval(place, size)
+        shifted = +value.array
+        dr.scatter_add(
+            shifted,
+            dr.select(state, dr.gather(flat, size, trap), 0.0),
+            frame * (height * width) + dr.gather(index, place, trap),
+            trap < dr.opaque(index, traps),
+        )
+        return signal.replace(type(value)(shifted, value.shape))
+
+    def levels(self, signal: Signal, stream: Stream, lanes: int) -> Any:
+        """Whether each trap is at its upper level: flat mask, frame by frame.
+
+        Time is cut into cells of about tau, and the events of a cell are drawn by their age at its
+        end, youngest first. A frame needs the youngest event before it: in its own cell, or else in
+        the cells before, of which all are empty with probability `FORGOTTEN` at most.
+        """
+        shot = signal.shot
+        interval_s = max(shot.interval_s or shot.exposure_s, SHORTEST_S)
+        cell_frames = max(1, int(self.tau_s / interval_s))
+        cell_taus = cell_frames * interval_s / self.tau_s
+        earlier = math.ceil(-math.log(FORGOTTEN) / cell_taus)
+        first = signal.frames.start // cell_frames - earlier
+        cells = range(first, (signal.frames.stop - 1) // cell_frames + 1)
+        events = dataclasses.replace(stream, frames=cells)
+        ages, ups, age = [], [], 0.0
+        for k in range(EVENTS):
+            age = age - dr.log(1.0 - events.uniform(lanes, use=f"age {k}").array) / cell_taus
+            ages.append(age)
+            ups.append(events.uniform(lanes, use=f"level {k}").array < self.share_up)
+        dr.eval(ages, ups)
+
+        flat, mask = type(ages[0]), type(ups[0])
+        index = dr.uint32_array_t(flat)
+        start = dr.opaque(index, signal.frames.start - first * cell_frames)
+        lane = dr.arange(index, len(signal.frames) * lanes)
+        frame = start + lane // lanes
+        cell = frame // cell_frames
+        at = cell * lanes + lane % lanes
+        to_go = 1.0 - flat(frame - cell * cell_frames) / cell_frames  # from the frame to cell's end
+        up = dr.gather(mask, ups[0], at - earlier * lanes)
+        for back in range(earlier - 1, 0, -1):
+            happened = dr.gather(flat, ages[0], at - back * lanes) < 1.0
+            up = dr.select(happened, dr.gather(mask, ups[0], at - back * lanes), up)
+        for k in range(EVENTS - 1, -1, -1):
+            age = dr.gather(flat, ages[k], at)
+            up = dr.select((age >= to_go) & (age < 1.0), dr.gather(mask, ups[k], at), up)
+        return up
+
+
+FORGOTTEN = 1e-4
+"""How seldom the look back ends before an event was found."""
+
+EVENTS = 7
+"""Events drawn in a cell; more than 7 happen with probability 1e-5 where a cell lasts one tau."""
+
+SHORTEST_S = 1e-3
+"""Time from frame to frame where a shot tells none and has no exposure either."""

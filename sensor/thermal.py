@@ -1,0 +1,20 @@
+"""How much more dark current a warmer sensor makes."""
+
+from __future__ import annotations
+
+from sensor.protocol import Shot
+
+REFERENCE_C = 29.0
+"""Temperature of the paper's sensor in its 22 degC room (Irie et al.), where rates are stated."""
+
+DOUBLING_C = 8.0
+"""Dark current of four industrial cameras doubles about every 8 degC between 21 and 55 degC."""
+
+
+def thermal_growth(shot: Shot, doubling_c: float) -> float:
+    """Dark current relative to that at the reference: 2^((T - 29 degC) / doubling).
+
+    A shot that does not tell its temperature is taken at the reference.
+    """
+    warmer = 0.0 if shot.temperature_c is None else shot.temperature_c - REFERENCE_C
+    return float(2.0 ** (warmer / doubling_c))
