@@ -68,6 +68,7 @@ class Parameter:
         minimum, maximum: the plausible range; values outside are refused.
         identity: the value at which the effect does nothing, if this parameter is its strength.
         per_colour: whether it may differ between R, G and B.
+        whole: whether only whole numbers have a meaning: a choice, a number of bits.
         doc: one line.
     """
 
@@ -79,6 +80,7 @@ class Parameter:
     identity: float | None
     per_colour: bool
     doc: str
+    whole: bool = False
 
 
 def parameter(
@@ -90,6 +92,7 @@ def parameter(
     doc: str,
     identity: float | None = None,
     per_colour: bool = False,
+    whole: bool = False,
 ) -> Any:
     """Declare a parameter of an effect; see `Parameter`."""
     metadata = {
@@ -98,6 +101,7 @@ def parameter(
         "maximum": maximum,
         "identity": identity,
         "per_colour": per_colour,
+        "whole": whole,
         "doc": doc,
     }
     return dataclasses.field(default=default, metadata=metadata)
@@ -180,6 +184,12 @@ class Effect(abc.ABC):
                     raise CameraError(
                         f"{self.name}.{known.name} = {figure:g}",
                         f"expected {known.minimum:g} to {known.maximum:g} {known.unit}",
+                        f"see `camtruth effects {self.name}`",
+                    )
+                if known.whole and figure != round(figure):
+                    raise CameraError(
+                        f"{self.name}.{known.name} = {figure:g}",
+                        f"expected a whole number from {known.minimum:g} to {known.maximum:g}",
                         f"see `camtruth effects {self.name}`",
                     )
 

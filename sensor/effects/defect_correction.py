@@ -1,0 +1,69 @@
+"""Correction of defect pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import drjit as dr
+
+from sensor.effect import Effect, Stage, parameter
+from sensor.neighbours import Neighbours
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class DefectCorrection(Effect):
+    """A pixel that stands out from its surroundings is taken for a defect and replaced.
+
+        DN' = m where |DN - m| > T, else DN;    m = median of the eight nearest of the same colour
+
+    Acts on the samples before they are demosaiced. Nothing changes where noise and detail stay
+    within T; an isolated outlier above T vanishes whole, however high it is, and one below T stays
+    as it was. A blur keeps the sum of an outlier and of its surroundings instead. The tails of the
+    noise beyond T go too.
+    """
+
+    name: ClassVar[str] = "defect_correction"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    position: ClassVar[int] = 5
+    reference: ClassVar[str] = (
+        "Nakamura (ed.), Image Sensors and Signal Processing for Digital Still Cameras (2006), "
+        "chapter 8; Tukey, Exploratory Data Analysis (1977), for the running median"
+    )
+
+    threshold_dn: float = parameter(
+        6.0,
+        unit="DN",
+        minimum=0.0,
+        maximum=65536.0,
+        identity=65536.0,
+        doc="difference from the median from which a pixel is a defect",
+    )
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        near = Neighbours(signal)
+        step = 2 if len(set(signal.format.cfa)) > 1 else 1
+        ring = [(-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1)]
+        values = [near.flat_at(dy * step, dx * step) for dy, dx in ring]
+        low, high = _sorted_four(values[:4]), _sorted_four(values[4:])
+        # the four smallest of eight are min(a_i, b_(3-i)) of two sorted fours, the largest the max
+        pairs = list(zip(low, reversed(high), strict=True))
+        lower, upper = dr.minimum(*pairs[0]), dr.maximum(*pairs[0])
+        for a, b in pairs[1:]:
+            lower = dr.maximum(lower, dr.minimum(a, b))
+            upper = dr.minimum(upper, dr.maximum(a, b))
+        median = 0.5 * (lower + upper)
+        own = near.flat_at(0, 0)
+        threshold = signal.backend.tensor([self.threshold_dn]).array
+        fixed = dr.select(dr.abs(own - median) > threshold, median, own)
+        return signal.replace(type(signal.value)(fixed, signal.shape))
+
+
+def _sorted_four(values: list[Any]) -> list[Any]:
+    """Four arrays in ascending order, lane by lane, by the network of five exchanges."""
+    v = list(values)
+    for i, j in ((0, 1), (2, 3), (0, 2), (1, 3), (1, 2)):
+        v[i], v[j] = dr.minimum(v[i], v[j]), dr.maximum(v[i], v[j])
+    return v

@@ -1,0 +1,51 @@
+"""Gamma: a tone curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import drjit as dr
+
+from sensor.effect import Effect, Stage, parameter
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+_TOE = 0.018
+"""Part of the range up to which the curve is a straight line, as in ITU-R BT.709."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gamma(Effect):
+    """The camera bends its output for the eye and the screen.
+
+        DN' = black + R x^g,    x = (DN - black) / R,    R = top - black;    a chord below x = 0.018
+
+    The chord keeps the slope finite at black and lets noise below black pass. Noise passes with
+    the slope of the curve, sigma' = g x^(g-1) sigma, so that the photon transfer curve becomes
+    variance = g^2 x^(2g-2) (k x + r^2) and is no straight line any more; a gain leaves it one.
+    """
+
+    name: ClassVar[str] = "gamma"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    position: ClassVar[int] = 50
+    reference: ClassVar[str] = "ITU-R BT.709-6, item 1.2, with the exponent free"
+
+    exponent: float = parameter(
+        0.8,
+        unit="1",
+        minimum=0.3,
+        maximum=3.0,
+        identity=1.0,
+        doc="power of the relative signal; 0.45 is full video gamma, 1 is linear",
+    )
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        if self.exponent == 1:
+            return signal.replace(signal.value)
+        black = signal.format.black_dn
+        span = signal.format.top_dn - black
+        x = (signal.value - black) * (1.0 / span)
+        curve = dr.power(dr.maximum(x, _TOE), signal.by_colour(self.exponent))
+        chord = x * signal.by_colour(_TOE ** (self.exponent - 1.0))
+        return signal.replace(black + span * dr.select(x > _TOE, curve, chord))

@@ -1,0 +1,71 @@
+"""Electrical interference."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import drjit as dr
+import numpy as np
+
+from sensor.effect import Effect, Stage, parameter
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interference(Effect):
+    """A clock or a switching supply couples into the video line: bars that wander over the frame.
+
+        e(k, y, x) += A sin(2 pi ((y W + x) / P + k d + phi)),    phi uniform, once for the shot
+
+    y W + x counts pixels in the order they are read; P is the period on that count and d the part
+    of a cycle by which the pattern moves between frames. Line blanking is left out, as it only
+    turns the phase of a row. Adds A^2 / 2 to the temporal variance, all of it at one frequency:
+    the power of the read-out series at 1 / P is A^2 N / 4 for N pixels, where independent noise of
+    the same variance has A^2 / 2.
+    """
+
+    name: ClassVar[str] = "interference"
+    stage: ClassVar[Stage] = Stage.READOUT
+    position: ClassVar[int] = 40
+    reference: ClassVar[str] = (
+        "periodic noise in the spectrograms of EMVA 1288 release 4, section 8.5; "
+        "Janesick, Scientific Charge-Coupled Devices (2001), chapter 7: system noise pick-up"
+    )
+
+    amplitude_e: float = parameter(
+        15.0,
+        unit="e-",
+        minimum=0.0,
+        maximum=1000.0,
+        identity=0.0,
+        doc="amplitude of the sinusoid",
+    )
+    period_px: float = parameter(
+        23.7,
+        unit="px",
+        minimum=2.0,
+        maximum=1e6,
+        doc="period along the read-out; twice the width and more makes horizontal bars",
+    )
+    drift_cycles_per_frame: float = parameter(
+        0.137,
+        unit="cycles/frame",
+        minimum=-0.5,
+        maximum=0.5,
+        doc="how far the pattern moves from one frame to the next",
+    )
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        height, width = signal.shape[1:3]
+        tensor = signal.backend.tensor
+        # whole cycles are taken off in double precision: there may be 1e5 of them in a frame
+        columns = tensor((np.arange(width) / self.period_px % 1.0)[None, None, :])
+        rows = tensor((np.arange(height) * width / self.period_px % 1.0)[None, :, None])
+        frame = np.array(signal.frames, dtype=np.float64)
+        frames = tensor((frame * self.drift_cycles_per_frame % 1.0)[:, None, None])
+        start = stream.whole_shot.uniform(1, 1)
+        wave = dr.sin(2.0 * math.pi * (columns + rows + (frames + start)))
+        return signal.replace(signal.value + signal.by_colour(self.amplitude_e) * wave)

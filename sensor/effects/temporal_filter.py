@@ -1,0 +1,74 @@
+"""Recursive noise filter in time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import drjit as dr
+
+from sensor.effect import Effect, Stage, parameter
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+_FORGOTTEN = 1e-4
+"""Weight of an earlier frame below which it is left out."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TemporalFilter(Effect):
+    """The camera averages each frame with what it gave before, to look less noisy.
+
+        y_k = (1 - a) x_k + a y_(k-1)
+
+    Temporal variance falls by (1 - a) / (1 + a) and frames d apart are correlated by a^d, dark ones
+    too, while fixed patterns pass unchanged: blurring in space correlates pixels, not frames. The
+    memory is cut where a^d falls below 1e-4 and the rest scaled to a sum of 1.
+    """
+
+    name: ClassVar[str] = "temporal_filter"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    position: ClassVar[int] = 45
+    reference: ClassVar[str] = (
+        "Dennis, Nonlinear temporal filtering of television picture noise, PhD thesis (1980): "
+        "first-order recursive filter"
+    )
+
+    carried: float = parameter(
+        0.3,
+        unit="1",
+        minimum=0.0,
+        maximum=0.9,
+        identity=0.0,
+        doc="part of the previous output in a frame: a",
+    )
+
+    @property
+    def _doublings(self) -> int:
+        """The sum holds 2^m frames: the fewest whose next one is forgotten."""
+        if self.carried == 0:
+            return 0
+        return math.ceil(math.log2(math.log(_FORGOTTEN) / math.log(self.carried)))
+
+    @property
+    def history_frames(self) -> int:  # type: ignore[override]
+        """Frames before the first one that it takes part of."""
+        return int(2**self._doublings) - 1
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        if signal.shape[0] == 1:
+            return signal.replace(signal.value)
+        # sum of a^d over d < 2^m as the product of (1 + a^(2^i) shift^(2^i)) over i < m: the same
+        # additions for a frame in any batch, which the recursion itself would not make
+        flat, size = signal.value.array, math.prod(signal.shape[1:])
+        index = dr.uint32_array_t(type(flat))
+        for doubling in range(self._doublings):
+            dr.eval(flat)
+            back = size << doubling
+            lane = dr.arange(index, dr.width(flat))
+            earlier = dr.gather(type(flat), flat, dr.select(lane < back, lane, lane - back))
+            flat = flat + signal.by_colour(self.carried ** (1 << doubling)) * earlier
+        taken = 1.0 - self.carried ** (1 << self._doublings)
+        scale = signal.by_colour((1.0 - self.carried) / taken)
+        return signal.replace(type(signal.value)(flat * scale, signal.shape))

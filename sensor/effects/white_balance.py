@@ -1,0 +1,56 @@
+"""Digital white balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensor.colours import Colours
+from sensor.effect import Effect, Stage, parameter
+from sensor.errors import CameraError
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class WhiteBalance(Effect):
+    """Red and blue are multiplied so that grey looks grey under the lamp.
+
+        DN'_c = black + k_c (DN_c - black),    k_G = 1
+
+    Signal and noise are multiplied alike: the mean of a channel grows by k and its variance by
+    k^2, so its apparent conversion in DN/e- is k times the true one, where more light of that
+    colour would leave the conversion as it is. Calibration absorbs it as a gain.
+    """
+
+    name: ClassVar[str] = "white_balance"
+    stage: ClassVar[Stage] = Stage.PROCESSING
+    position: ClassVar[int] = 20
+    reference: ClassVar[str] = "IIDC 1394-based Digital Camera Specification 1.31, WHITE_BALANCE"
+
+    red_gain: float = parameter(
+        1.15,
+        unit="1",
+        minimum=0.1,
+        maximum=8.0,
+        identity=1.0,
+        doc="factor of red about the black level",
+    )
+    blue_gain: float = parameter(
+        1.25,
+        unit="1",
+        minimum=0.1,
+        maximum=8.0,
+        identity=1.0,
+        doc="factor of blue about the black level",
+    )
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        if not signal.coloured and len(set(signal.format.cfa)) == 1:
+            raise CameraError(
+                "effect 'white_balance' in a camera without colour filters",
+                "expected a mosaic or a demosaicer",
+                "remove the effect",
+            )
+        change = signal.by_colour(Colours(R=self.red_gain - 1.0, G=0.0, B=self.blue_gain - 1.0))
+        return signal.replace(signal.value + change * (signal.value - signal.format.black_dn))
