@@ -24,6 +24,10 @@ INTERRUPTED = 130
 FAULT = 1
 
 
+class Interrupted(Exception):  # noqa: N818  reads as what it is
+    """Ctrl-C, under a name that click does not answer with an empty line."""
+
+
 class Commands(click.Group):
     """Every file in `camtruth/commands/` is a command of that name, read when it is asked for."""
 
@@ -55,6 +59,17 @@ class Commands(click.Group):
                 ctx.fail(f"No such option: {name}")
             raise unknown("command", name, self.list_commands(ctx), InputError)
         return name, command, args[1:]
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command.
+
+        Raises:
+            Interrupted: when the user has had enough.
+        """
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise Interrupted from None
 
 
 def _print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -103,7 +118,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _say(str(usage(error)), BAD_INPUT)
     except click.exceptions.Exit as leave:
         return leave.exit_code
-    except (KeyboardInterrupt, click.Abort):
+    except (Interrupted, KeyboardInterrupt, click.Abort):
         return _say("interrupted; nothing half-written was left behind; run it again", INTERRUPTED)
     except BrokenPipeError:
         # The reader of our output has gone. Python would complain once more while shutting down.

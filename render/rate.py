@@ -8,7 +8,9 @@ paths, and the header's string attribute ``camtruth`` a JSON object with where i
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import io
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -204,7 +206,15 @@ def read_rate(path: Path) -> RateImage:
 def _read_parts(path: Path, *, header_only: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Header and channels of the only part; whatever OpenEXR throws becomes one line."""
     try:
-        with OpenEXR.File(str(path), separate_channels=True, header_only=header_only) as file:
+        # OpenEXR prints its own complaint about a damaged file on standard output.
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            OpenEXR.File(str(path), separate_channels=True, header_only=header_only) as file,
+        ):
+            if not file.parts:
+                raise RenderError(
+                    f"cannot read the pixels of {path}", "expected a whole OpenEXR file", ANEW
+                )
             if len(file.parts) != 1:
                 raise RenderError(f"{path} has {len(file.parts)} parts", "expected one", ANEW)
             return dict(file.header()), dict(file.channels())
