@@ -23,6 +23,7 @@ Nothing here is shared with the path tracer but the scene and its spectra: that 
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,9 +67,9 @@ def pixel_points(scene: Scene) -> tuple[Array, Array]:
     """Where the chief ray of each pixel's centre meets the chart: x (1, W) and y (H, 1) in m."""
     detector = scene.detector
     scale = detector.pitch_um * 1e-6 * scene.camera_distance_m / scene.lens.image_distance_m
-    columns: Array = np.arange(detector.width_px) + 0.5 - detector.width_px / 2
-    rows: Array = detector.height_px / 2 - (np.arange(detector.height_px) + 0.5)
-    return (columns * scale)[None, :], (rows * scale)[:, None]
+    columns = np.arange(detector.width_px, dtype=np.float64) - (detector.width_px - 1) / 2
+    rows = (detector.height_px - 1) / 2 - np.arange(detector.height_px, dtype=np.float64)
+    return np.asarray(columns * scale)[None, :], np.asarray(rows * scale)[:, None]
 
 
 def irradiance_factor(lamp: Lamp, x_m: Array, y_m: Array) -> Array:
@@ -125,9 +126,11 @@ def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> tuple[Array, Array]:
     return np.asarray(shared / (np.pi * aperture**2)), np.asarray(1 + moved)
 
 
-def material_rates(scene: Scene, lamp: Lamp) -> Array:
+def material_rates(
+    scene: Scene, lamp: Lamp, response_curves: Mapping[str, Spectrum] | None = None
+) -> Array:
     """Spectral integrals (26, 3) of the panels, then the card and the wall, in e-/(s sr)."""
-    light, curves = emission(lamp), response(scene.detector.response)
+    light, curves = emission(lamp), response_curves or response(scene.detector.response)
     materials: list[Spectrum | float] = [*reflectances(scene.chart.reflectances)]
     materials += [scene.chart.frame_reflectance, scene.surround_reflectance]
     peak = scene.detector.peak_quantum_efficiency
@@ -148,8 +151,12 @@ def material_map(scene: Scene, x_m: Array, y_m: Array) -> NDArray[np.intp]:
     return result
 
 
-def render(scene: Scene, lamp: str | Lamp) -> RateImage:
+def render(
+    scene: Scene, lamp: str | Lamp, *, response_curves: Mapping[str, Spectrum] | None = None
+) -> RateImage:
     """The rate image by formula, without noise; right inside panels.
+
+    `response_curves` are R, G, B in place of the scene's, relative to the same peak efficiency.
 
     Raises:
         SceneError: for a lamp that the scene does not have.
@@ -167,7 +174,8 @@ def render(scene: Scene, lamp: str | Lamp) -> RateImage:
         * (scene.detector.pitch_um * 1e-6) ** 2
     )
     shading = irradiance_factor(source, x_m * moved, y_m * moved) / np.pi * detector_factor
-    rate = material_rates(scene, source)[material_map(scene, x_m, y_m)] * shading[..., None]
+    rates = material_rates(scene, source, response_curves)
+    rate = rates[material_map(scene, x_m, y_m)] * shading[..., None]
     header = RateHeader(
         scene=scene.name,
         lamp=source.name,

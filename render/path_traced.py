@@ -31,7 +31,6 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import mitsuba as mi
@@ -39,14 +38,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.backend import backend
-from foundation.panel import Panel
+from render.batches import BATCHES, Sums, batches_needed, relative_noise
 from render.errors import RenderError
 from render.palette import CARD, WALL, Palette, integrated, sampled
-from render.pupil import open_fraction
+from render.pupil import open_fraction, ring_mesh
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
 from scenes.geometry import Rectangle, blur_diameter_px, panel_rectangles, panels
-from scenes.scene import Barrel, Lamp, Scene
+from scenes.scene import Lamp, Scene
 from scenes.spectra import BAND_NM, CHANNELS, Spectrum, response, spectrum
 
 Array = NDArray[np.float64]
@@ -55,9 +54,6 @@ Wavelengths = Literal["integrated", "sampled"]
 Sampler = Literal["multijitter", "independent"]
 
 VARIANTS = {"scalar": "scalar_spectral", "llvm": "llvm_ad_spectral", "cuda": "cuda_ad_spectral"}
-BATCHES = 8
-"""Independent batches, at least: the variance is known to 1 in 2 from eight, pixel by pixel."""
-MOST_BATCHES = 4096
 SAMPLES = 72
 """Light paths per pixel by default."""
 
@@ -65,37 +61,10 @@ MM_PER_M = 1e3
 """Mitsuba is given millimetres: its ray offsets scale with the size of coordinates above 1."""
 CARD_BEHIND_M, WALL_BEHIND_M = 0.3e-3, 2e-3
 """The panels are glued on the card, and the card hangs on the wall."""
-RING_SIDES = 512
 BLACK = spectrum(BAND_NM, (0.0, 0.0))
 
 DIRECT_LIGHT = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
 """A point lamp cannot be met by chance, so that asking it once is all there is to do."""
-
-
-@dataclass(kw_only=True)
-class _Sums:
-    """Sums over batches of the chart (Y), the witness (Z) and their products."""
-
-    batches: int = 0
-    y: Any = 0.0
-    z: Any = 0.0
-    yy: Any = 0.0
-    yz: Any = 0.0
-    zz: Any = 0.0
-
-    def add(self, y: Array, z: Array) -> None:
-        self.batches += 1
-        self.y, self.z = self.y + y, self.z + z
-        self.yy, self.yz, self.zz = self.yy + y * y, self.yz + y * z, self.zz + z * z
-
-    def ratio(self) -> tuple[Array, Array]:
-        """Sum of Y over sum of Z, and the variance of it from the batches' residuals."""
-        blind = self.z <= 0
-        z = np.where(blind, 1.0, self.z)
-        ratio = np.where(blind, 0.0, self.y / z)
-        residual = np.maximum(self.yy - 2 * ratio * self.yz + ratio**2 * self.zz, 0.0)
-        spread = self.batches / (self.batches - 1) * residual / z**2
-        return ratio, np.where(blind, 0.0, spread)
 
 
 def render(
@@ -109,6 +78,7 @@ def render(
     response_curves: Mapping[str, Spectrum] | None = None,
     wavelengths: Wavelengths = "integrated",
     sampler: Sampler = "multijitter",
+    witness: bool = True,
 ) -> RateImage:
     """The rate image of a scene under one of its lamps.
 
@@ -121,7 +91,8 @@ def render(
             channel (root mean square over its pixels) is at most this.
         progress: called with (batches done, batches expected) after every batch.
         response_curves: R, G, B in place of the scene's, relative to the same peak efficiency.
-        wavelengths, sampler: see above; for comparisons.
+        wavelengths, sampler, witness: other ways to the same image, for comparison; without a
+            witness a batch is taken as it comes.
 
     Raises:
         SceneError: for an unknown lamp.
@@ -136,21 +107,23 @@ def render(
     per_batch = math.ceil(math.sqrt(samples / BATCHES)) ** 2
     sensor = _sensor(scene, palette, sampler)
     chart = mi.load_dict(_chart(scene, source, palette, sensor))
-    witness = mi.load_dict(_witness(scene, sensor))
-    expected = open_fraction(scene)[..., None] * palette.white
-    scale = _detector_factor(scene)[..., None] * expected
+    witnessed = mi.load_dict(_witness(scene, sensor)) if witness else None
+    area = np.array([np.trapezoid(palette.film[c], palette.film_nm) for c in CHANNELS])
+    seen_open = open_fraction(scene) if witness else np.ones(())
+    scale = (_detector_factor(scene) * seen_open)[..., None] * palette.white
     clear = panels(scene)
 
-    sums, most = _Sums(), BATCHES
+    sums, most = Sums(), BATCHES
     while sums.batches < most:
         word = _seed(seed, source.name, sums.batches)
-        sums.add(_image(chart, per_batch, word), _image(witness, per_batch, word))
+        seen = _image(chart, per_batch, word)
+        sums.add(seen, _image(witnessed, per_batch, word) if witness else area)
         if progress is not None:
             progress(sums.batches, most)
         if sums.batches == most and noise is not None:
-            most = _batches_needed(sums, clear, noise)
-    ratio, spread = sums.ratio()
-    rate, variance = ratio * scale, spread * scale**2
+            reached = relative_noise(*sums.estimate(scale), clear)
+            most = batches_needed(sums.batches, max(reached), noise)
+    rate, variance = sums.estimate(scale)
     reached = relative_noise(rate, variance, clear)
     header = RateHeader(
         scene=scene.name,
@@ -182,38 +155,6 @@ def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Arra
         for number in range(BATCHES)
     ]
     return np.mean(batches, axis=0), np.var(batches, axis=0, ddof=1) / BATCHES
-
-
-def relative_noise(
-    rate: NDArray[Any], variance: NDArray[Any], clear: tuple[Panel, ...]
-) -> tuple[float, ...]:
-    """Standard error over mean in the noisiest panel, for each channel."""
-    worst = np.zeros(3)
-    for panel in clear:
-        mean = np.mean(rate[panel.window], axis=(0, 1), dtype=np.float64)
-        rms = np.sqrt(np.mean(variance[panel.window], axis=(0, 1), dtype=np.float64))
-        worst = np.maximum(worst, np.divide(rms, mean, out=np.zeros(3), where=mean > 0))
-    return tuple(float(value) for value in worst)
-
-
-def _batches_needed(sums: _Sums, clear: tuple[Panel, ...], noise: float) -> int:
-    """How many batches the asked noise takes, from what the batches so far have left.
-
-    Raises:
-        RenderError: when it is more than anybody would wait for.
-    """
-    reached = max(relative_noise(*sums.ratio(), clear))
-    if reached <= noise:
-        return sums.batches
-    needed = max(sums.batches + 1, math.ceil(sums.batches * (reached / noise) ** 2 * 1.05))
-    if needed > MOST_BATCHES:
-        raise RenderError(
-            f"a noise of {noise:g} would take about {needed} batches, and {sums.batches} leave"
-            f" {reached:.2g}",
-            f"expected at most {MOST_BATCHES}",
-            "ask for more samples or more noise",
-        )
-    return needed
 
 
 def _refuse_numbers(samples: int, seed: int, noise: float | None) -> None:
@@ -315,7 +256,7 @@ def _witness(scene: Scene, sensor: dict[str, Any]) -> dict[str, Any]:
         "wall": {**_plate(_wall(scene), -WALL_BEHIND_M, BLACK), "emitter": glow},
     }
     if scene.lens.barrel is not None:
-        result["barrel"] = _ring(scene, scene.lens.barrel)
+        result["barrel"] = _ring(scene)
     return result
 
 
@@ -340,7 +281,7 @@ def _chart(scene: Scene, lamp: Lamp, palette: Palette, sensor: dict[str, Any]) -
     result["card"] = _plate(card, -CARD_BEHIND_M, palette.materials[CARD])
     result["wall"] = _plate(_wall(scene), -WALL_BEHIND_M, palette.materials[WALL])
     if scene.lens.barrel is not None:
-        result["barrel"] = _ring(scene, scene.lens.barrel)
+        result["barrel"] = _ring(scene)
     return result
 
 
@@ -365,39 +306,14 @@ def _plate(where: Rectangle, z_m: float, reflectance: Spectrum) -> dict[str, Any
     }
 
 
-def _ring(scene: Scene, barrel: Barrel) -> Any:
-    """A black ring before the aperture, wide enough to stop every ray that misses its opening.
-
-    A polygon of the opening's area stands for the circle.
-    """
-    detector, lens = scene.detector, scene.lens
-    diagonal_m = math.hypot(detector.width_px, detector.height_px) * detector.pitch_um * 1e-6
-    slope = diagonal_m / 2 / lens.image_distance_m
-    outer_mm = 1.5 * (lens.aperture_radius_m * MM_PER_M + barrel.distance_mm * slope)
-    outer_mm = max(outer_mm, 1.5 * barrel.radius_mm)
-    step = 2 * math.pi / RING_SIDES
-    inner_mm = barrel.radius_mm * math.sqrt(step / math.sin(step))
-    angle = np.arange(RING_SIDES) * step
-    z_mm = scene.camera_distance_m * MM_PER_M - barrel.distance_mm
-    vertices = np.concatenate(
-        [
-            np.stack([r * np.cos(angle), r * np.sin(angle), np.full_like(angle, z_mm)], axis=1)
-            for r in (inner_mm, outer_mm)
-        ]
-    )
-    here = np.arange(RING_SIDES)
-    after = (here + 1) % RING_SIDES
-    faces = np.concatenate(
-        [
-            np.stack([here, after, after + RING_SIDES], axis=1),
-            np.stack([here, after + RING_SIDES, here + RING_SIDES], axis=1),
-        ]
-    )
+def _ring(scene: Scene) -> Any:
+    """The black ring of the barrel."""
+    vertices_m, faces = ring_mesh(scene)
     properties = mi.Properties()
     properties["mesh_bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": _curve(BLACK)})
-    mesh = mi.Mesh("barrel", len(vertices), len(faces), props=properties)
+    mesh = mi.Mesh("barrel", len(vertices_m), len(faces), props=properties)
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = vertices.astype(np.float32).ravel()
+    parameters["vertex_positions"] = (vertices_m * MM_PER_M).astype(np.float32).ravel()
     parameters["faces"] = faces.astype(np.uint32).ravel()
     parameters.update()
     return mesh

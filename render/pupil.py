@@ -1,12 +1,14 @@
-"""What the barrel leaves open of the aperture, by slicing it: the path tracer's exact weight.
+"""The barrel: what it leaves open of the aperture, and the ring that stands for it.
 
 The aperture seen from a pixel is its disc less what the barrel's round opening, projected through
-the pixel's point of sharp focus, does not cover. The open area is summed slice by slice along the shift, so that
-it shares nothing with the closed form of two overlapping circles in `closed_form`, and so that a
-test can hold one against the other.
+the pixel's point of sharp focus, does not cover. The open area is summed slice by slice along the
+shift, so that it shares nothing with the closed form of two overlapping circles in `closed_form`,
+and so that a test can hold one against the other.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,9 @@ from scenes.scene import Scene
 
 SLICES = 1000
 RADII = 1000
-"""Slices of the aperture, and radii in the image between which is interpolated: error below 1e-5."""
+"""Slices of the aperture, and radii in the image between which it is interpolated: good to 1e-5."""
+RING_SIDES = 512
+"""Sides of the polygon that stands for the barrel's opening."""
 
 
 def open_fraction(scene: Scene) -> NDArray[np.float64]:
@@ -51,3 +55,25 @@ def _open_at(scene: Scene, image_radius_m: float) -> float:
     )
     open_m2 = np.sum(np.maximum(length_m, 0) * thickness_m)
     return float(open_m2 / (np.pi * aperture_m**2))
+
+
+def ring_mesh(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """The barrel as a flat ring: vertices (2 N, 3) in m and triangles (2 N, 3).
+
+    Its opening is a polygon with the area of the circle; it is wide enough to stop every ray of
+    the image that misses the opening.
+    """
+    lens, detector, barrel = scene.lens, scene.detector, scene.lens.barrel
+    assert barrel is not None
+    radius_m, depth_m = barrel.radius_mm * 1e-3, barrel.distance_mm * 1e-3
+    diagonal_m = math.hypot(detector.width_px, detector.height_px) * detector.pitch_um * 1e-6
+    reach_m = lens.aperture_radius_m + depth_m * diagonal_m / 2 / lens.image_distance_m
+    step = 2 * math.pi / RING_SIDES
+    radii_m = radius_m * math.sqrt(step / math.sin(step)), 1.5 * max(reach_m, radius_m)
+    angle = np.arange(RING_SIDES) * step
+    z_m = np.full_like(angle, scene.camera_distance_m - depth_m)
+    rings = [np.stack([r * np.cos(angle), r * np.sin(angle), z_m], axis=1) for r in radii_m]
+    here = np.arange(RING_SIDES)
+    after = (here + 1) % RING_SIDES
+    halves = (here, after, after + RING_SIDES), (here, after + RING_SIDES, here + RING_SIDES)
+    return np.concatenate(rings), np.concatenate([np.stack(half, axis=1) for half in halves])

@@ -44,7 +44,8 @@ def test_the_chart_has_the_lamps_and_panels_of_the_contract(chart: Scene) -> Non
     place = {panel.name: (panel.x, panel.y) for panel in geometry.panels(chart)}
     assert place["1"] == min(place.values(), key=sum)
     assert place["24"] == max(place.values(), key=sum)
-    assert place["6"][0] > place["1"][0] and place["6"][1] == place["1"][1]
+    assert place["6"][0] > place["1"][0]
+    assert place["6"][1] == place["1"][1]
 
 
 def test_edges_blur_over_three_to_six_pixels(chart: Scene) -> None:
@@ -57,9 +58,13 @@ def test_panels_keep_a_blur_diameter_from_their_edges(chart: Scene) -> None:
         where = geometry.panel_rectangles(chart)[panel.name]
         left, top = geometry.project(chart, where.left_m, where.top_m)
         right, bottom = geometry.project(chart, where.right_m, where.bottom_m)
-        assert panel.x - left >= blur and right - (panel.x + panel.w) >= blur
-        assert panel.y - top >= blur and bottom - (panel.y + panel.h) >= blur
-        assert panel.x - left < blur + 1 and bottom - (panel.y + panel.h) < blur + 1
+        margins = (
+            panel.x - left,
+            panel.y - top,
+            right - (panel.x + panel.w),
+            bottom - (panel.y + panel.h),
+        )
+        assert all(blur <= margin < blur + 1 for margin in margins)
 
 
 def test_the_papers_areas_lie_in_the_middle_of_their_panels(chart: Scene) -> None:
