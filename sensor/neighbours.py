@@ -5,10 +5,12 @@ Mirroring about the border sample keeps the colour phase of a mosaic.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from typing import Any
 
 import drjit as dr
+import numpy as np
 
 from sensor.signal import Signal
 
@@ -58,8 +60,8 @@ def interleaved(planes: list[Any]) -> Any:
     """Flat planes of equal length as one array, pixel by pixel."""
     if len(planes) == 1:
         return planes[0]
-    out = dr.empty(type(planes[0]), len(planes) * dr.width(planes[0]))
-    at = dr.arange(dr.uint32_array_t(type(planes[0])), dr.width(planes[0])) * len(planes)
-    for k, plane in enumerate(planes):
-        dr.scatter(out, plane, at + k)
-    return out
+    flat = type(planes[0])
+    if not dr.is_jit_v(flat):
+        return flat(np.stack([np.asarray(plane) for plane in planes], axis=1).ravel())
+    arrays = importlib.import_module(flat.__module__)
+    return dr.ravel(getattr(arrays, f"Array{len(planes)}f")(*planes))

@@ -1,6 +1,6 @@
-"""Poisson counts from one random number each, without rejection, so that lanes never diverge.
+"""Poisson counts from one standard normal number w each, without rejection.
 
-Below `SMALL_MEAN` the distribution function is summed until it passes the uniform number: exact.
+Below `SMALL_MEAN` the distribution function is summed until it passes the probability of w: exact.
 Above, the count is the integer part of the Poisson quantile's expansion in the normal one w,
 
     Q(w) = m + w sqrt(m) + (1/3 + w^2/6) - (w/36 + w^3/72)/sqrt(m)
@@ -13,6 +13,7 @@ equation for Q_N3). The distribution function of such counts is off by at most 3
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import drjit as dr
@@ -22,6 +23,12 @@ SMALL_MEAN = 12.0
 
 _MOST = 60
 """A count that a mean below `SMALL_MEAN` exceeds with probability below 1e-20."""
+
+
+def poisson_count(mean: Any, normal: Any) -> Any:
+    """Counts with the given means, flat arrays, from standard normal numbers of the same size."""
+    small = small_mean_count(mean, 0.5 + 0.5 * dr.erf(normal * math.sqrt(0.5)))
+    return dr.select(mean < SMALL_MEAN, small, large_mean_quantile(mean, normal))
 
 
 def large_mean_quantile(mean: Any, normal: Any) -> Any:

@@ -19,7 +19,7 @@ import drjit as dr
 import numpy as np
 
 from foundation.backend import Backend
-from sensor.poisson import SMALL_MEAN, large_mean_quantile, small_mean_count
+from sensor.poisson import poisson_count
 
 
 def key_of(*parts: object) -> int:
@@ -80,13 +80,13 @@ class Stream:
         """Standard normal numbers: a tensor (F, *shape)."""
         if not self.backend.jit:
             return self._numpy(lambda g: g.standard_normal(shape, dtype=np.float32), use)
-        return self._tensor(self._philox(shape, use).next_float32x4_normal()[0], shape)
+        return self._tensor(self._philox(shape, use).next_float32x4_normal(), shape)
 
     def uniform(self, *shape: int, use: str = "") -> Any:
         """Numbers uniform in [0, 1): a tensor (F, *shape)."""
         if not self.backend.jit:
             return self._numpy(lambda g: g.random(shape, dtype=np.float32), use)
-        return self._tensor(self._philox(shape, use).next_float32x4()[0], shape)
+        return self._tensor(self._philox(shape, use).next_float32x4(), shape)
 
     def poisson(self, mean: Any, use: str = "") -> Any:
         """Poisson counts with the given means: a tensor (1 or F, *shape) to one (F, *shape).
@@ -99,24 +99,25 @@ class Stream:
             means = np.asarray(mean.numpy()).reshape(tuple(mean.shape))
             rows = iter(np.broadcast_to(means, (len(self.frames), *shape)))
             return self._numpy(lambda g: g.poisson(next(rows)).astype(np.float32), use)
-        radius, angle, uniform, _ = self._philox(shape, use).next_float32x4()
-        normal = dr.sqrt(-2.0 * dr.log(1.0 - radius)) * dr.cos(2.0 * math.pi * angle)
-        wide = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
-        small = small_mean_count(wide, uniform)
-        counts = dr.select(wide < SMALL_MEAN, small, large_mean_quantile(wide, normal))
-        return self._tensor(counts, shape)
-
-    def _tensor(self, flat: Any, shape: tuple[int, ...]) -> Any:
-        return self.backend.arrays.TensorXf(flat, (len(self.frames), *shape))
+        normal = self.normal(*shape, use=use)
+        means = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
+        return type(mean)(poisson_count(means, normal.array), normal.shape)
 
     def _philox(self, shape: tuple[int, ...], use: str) -> Any:
+        """A generator whose every lane makes four neighbouring numbers of a frame."""
         arrays = self.backend.arrays
-        size = math.prod(shape)
+        lanes = -(-math.prod(shape) // 4)
+        lane = dr.arange(arrays.UInt32, lanes * len(self.frames))
+        frame = lane // lanes
         start = dr.opaque(arrays.UInt32, self.frames.start % 2**32)
-        lane = dr.arange(arrays.UInt32, size * len(self.frames))
-        frame = lane // size
         key = dr.opaque(arrays.UInt64, self.key(use))
-        return arrays.Philox4x32(key, lane - frame * size, start + frame)
+        return arrays.Philox4x32(key, lane - frame * lanes, start + frame)
+
+    def _tensor(self, fours: Any, shape: tuple[int, ...]) -> Any:
+        size = math.prod(shape)
+        whole = self.backend.arrays.TensorXf(dr.ravel(fours), (len(self.frames), -(-size // 4) * 4))
+        flat = whole.array if size % 4 == 0 else whole[:, :size].array
+        return self.backend.arrays.TensorXf(flat, (len(self.frames), *shape))
 
     def _numpy(self, draw: Any, use: str) -> Any:
         rows = [draw(self._generator(frame, use)) for frame in self.frames]
