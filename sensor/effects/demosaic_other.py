@@ -32,10 +32,9 @@ class DemosaicOther(Effect):
         3: OpenCV's edge-aware rule, along the smaller of two gradients
 
     Stands behind `demosaic`: measured samples pass that one unchanged, so they are taken from its
-    result, filled in anew, and pass unchanged here too. An interpolated sample is correlated with
-    the other colours' noise at its own pixel: Malvar's green at a red site takes 1/2 of the red
-    sample, and has 7/32 of the noise variance of green plus 11/32 of red's, where bilinear green
-    has 1/4 and 0.
+    result, filled in anew, and pass unchanged here too. Noise moves between the colours: Malvar's
+    green at a red site has 1/4 of green's variance and 5/16 of red's, and a covariance of 1/2 of
+    red's variance with the red beside it, where bilinear green has 1/4, 0 and 0.
     """
 
     name: ClassVar[str] = "demosaic_other"
