@@ -72,13 +72,13 @@ class RandomTelegraphNoise(Effect):
         return self.dwell_up_s / (self.dwell_up_s + self.dwell_down_s)
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        _, height, width = signal.shape
-        traps = round(self.fraction * height * width)
-        frames = len(signal.frames)
+        frames, pixels = len(signal.frames), signal.shape[1] * signal.shape[2]
         value = signal.value + dr.zeros(type(signal.value), (frames, 1, 1))
+        places = dr.compress(stream.body.uniform(pixels, use="where").array < self.fraction)
+        traps = dr.width(places)
         if traps == 0:
             return signal.replace(value)
-        # lanes come in powers of two, so that another fraction does not compile another kernel
+        # lanes come in powers of two, so that another body does not compile another kernel
         lanes = 1 << (traps - 1).bit_length()
         state = self.levels(signal, stream, lanes)
 
@@ -87,15 +87,15 @@ class RandomTelegraphNoise(Effect):
         lane = dr.arange(index, frames * lanes)
         frame = lane // lanes
         trap = lane - frame * lanes
-        place = index(stream.body.uniform(lanes, use="where").array * (height * width))
         size = -self.amplitude_e * dr.log(1.0 - stream.body.uniform(lanes, use="size").array)
-        dr.eval(place, size)
+        dr.eval(places, size)
+        real = trap < dr.opaque(index, traps)
         shifted = +value.array
         dr.scatter_add(
             shifted,
             dr.select(state, dr.gather(flat, size, trap), 0.0),
-            frame * (height * width) + dr.gather(index, place, trap),
-            trap < dr.opaque(index, traps),
+            frame * pixels + dr.gather(index, places, trap, real),
+            real,
         )
         return signal.replace(type(value)(shifted, value.shape))
 
