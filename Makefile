@@ -25,8 +25,8 @@ test: $(READY)  ## the tests alone
 bench: $(READY)  ## speeds as ratios in one run
 	$(BIN)/python -m benchmarks
 
-docs: $(READY)  ## write docs/effects.md and the figures of the README anew from the code
-	$(BIN)/python -m docs
+docs: $(READY)  ## write docs/effects.md and the README's figure anew (from the files of a demo)
+	$(BIN)/python docs/make.py
 
 format: $(READY)
 	$(BIN)/ruff format --check .

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from foundation.output import new_file
-
-WHITE = 0.9
-"""Where the brightest panel ends up, as a part of full scale."""
+from render import preview
+from render.rate import RateImage
 
 
 def srgb(linear: NDArray[np.floating]) -> NDArray[np.uint8]:
@@ -22,12 +21,6 @@ def srgb(linear: NDArray[np.floating]) -> NDArray[np.uint8]:
     return np.asarray(np.round(255 * curve), dtype=np.uint8)
 
 
-def preview(rate: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """A rate image (H, W, 3) exposed so that its brightest part is just short of white."""
-    top = float(np.percentile(rate, 99.5))
-    return srgb(rate * (WHITE / top) if top > 0 else rate)
-
-
 def png(pixels: NDArray[np.uint8]) -> bytes:
     """Pixels (H, W) or (H, W, 3) as the bytes of a PNG file."""
     stream = io.BytesIO()
@@ -35,7 +28,7 @@ def png(pixels: NDArray[np.uint8]) -> bytes:
     return stream.getvalue()
 
 
-def write_preview(path: Path, rate: NDArray[np.floating]) -> None:
+def write_preview(path: Path, image: RateImage) -> None:
     """Write a rate image as a PNG to look at."""
     with new_file(path) as scratch:
-        scratch.write_bytes(png(preview(rate)))
+        scratch.write_bytes(png(preview.srgb(image)))

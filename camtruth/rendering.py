@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 
 from camtruth.options import SAMPLES
 from render import path_traced
+from render.batches import BATCHES
 from render.rate import RateImage
 from scenes import scene as scenes
 from scenes.scene import Scene
@@ -47,7 +48,7 @@ def render(
     images = {}
     for lamp in chosen:
         what = f"rendering '{scene.name}' under the {lamp.name} lamp"
-        with watch(what, path_traced.BATCHES) as advance:
+        with watch(what, BATCHES) as advance:
             images[lamp.name] = path_traced.render(
                 scene,
                 lamp,

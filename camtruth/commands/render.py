@@ -50,7 +50,7 @@ def command(
         )
         for lamp, image in images.items():
             write_rate(folder / f"rate-{lamp}.exr", image)
-            write_preview(folder / f"rate-{lamp}.png", image.rate_e_per_s)
+            write_preview(folder / f"rate-{lamp}.png", image)
     for lamp, image in images.items():
         worst = max(image.header.noise.values(), default=0.0)
         click.echo(

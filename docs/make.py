@@ -1,0 +1,106 @@
+"""Write what the documentation takes from the code: the catalogue page and the README's figure.
+
+Run by `make docs`. The figure comes from the files of a demo (`make demo` first).
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import sys
+from pathlib import Path
+
+from camtruth.preview import srgb
+from camtruth.report.curves import figures
+from foundation.output import new_file
+from render.preview import srgb as balanced
+from render.rate import read_rate
+from sensor.capture_folder import TRUTH, read_capture
+from sensor.catalogue import to_json
+
+HERE = Path(__file__).parent
+DEMO = HERE.parent / "camtruth-out" / "demo"
+STYLE = HERE.parent / "camtruth" / "report" / "report.css"
+
+
+def catalogue_page() -> str:
+    """The effects as a table, one line for each parameter."""
+    lines = [
+        "# The catalogue of effects",
+        "",
+        "Written by `make docs` from `sensor/effects/`; `camtruth effects NAME` says more.",
+        "",
+        "| effect | stage | parameter | unit | default | least | most | source |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for effect in to_json()["effects"]:
+        first = [f"`{effect['name']}`", effect["stage"]]
+        for p in effect["parameters"] or [None]:
+            figures = (
+                [f"`{p['name']}`", p["unit"], *(f"{p[k]:g}" for k in ("default", "min", "max"))]
+                if p
+                else ["", "", "", "", ""]
+            )
+            reference = effect["reference"] if first[0] else ""
+            lines.append("| " + " | ".join([*first, *figures, reference]) + " |")
+            first = ["", ""]
+    return "\n".join(lines) + "\n"
+
+
+def overview() -> str:
+    """Light, a frame, and the noise in green against the truth: one SVG that needs nothing."""
+    from camtruth.measuring import measure
+
+    folder = DEMO / "capture"
+    capture = read_capture(folder)
+    truth = json.loads((folder / TRUTH).read_text(encoding="utf-8"))
+    light = balanced(read_rate(folder / "rate-fluorescent.exr"))
+    frame = srgb(capture.frames[-1].dn[0] / capture.frames[-1].top_dn)
+    total = figures(measure(capture), truth, capture)[2]["svgs"][1]
+    rules = STYLE.read_text(encoding="utf-8")
+    plain = rules.split("@media (prefers-color-scheme: dark)")[0]
+    marks = "\n".join(
+        line
+        for line in rules.splitlines()
+        if line.startswith((".plot text", ".plot .", ".grid", ".line", ".dots", ".rings", ".bar"))
+    )
+    texts = (
+        (14, "Light, path-traced out of focus"),
+        (344, "One frame of the simulated camera"),
+        (684, "Noise in green: measured, fitted, true (dashed)"),
+    )
+    labels = "".join(f'<text class="head" x="{x}" y="22">{text}</text>' for x, text in texts)
+    return (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1040 290" width="1040">'
+        f"<style>{plain}{marks} svg {{ overflow: visible }}"
+        " .head { font: 600 12px system-ui, sans-serif; fill: #1c1e21 }</style>"
+        '<rect width="1040" height="290" fill="#fdfdfc"/>'
+        f"{labels}"
+        f'<image x="14" y="34" width="316" height="237" href="{_jpeg(light)}"/>'
+        f'<image x="344" y="34" width="316" height="237" href="{_jpeg(frame)}"/>'
+        f'<svg x="674" y="34" width="352" height="248">{total}</svg></svg>\n'
+    )
+
+
+def _jpeg(pixels: object) -> str:
+    import io
+
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, format="jpeg", quality=88)  # type: ignore[arg-type]
+    return "data:image/jpeg;base64," + base64.b64encode(stream.getvalue()).decode("ascii")
+
+
+def main() -> None:
+    """Write both."""
+    with new_file(HERE / "effects.md") as scratch:
+        scratch.write_text(catalogue_page(), encoding="utf-8")
+    if not DEMO.is_dir():
+        sys.exit(f"docs: no {DEMO}; expected the files of a demo for the figure; run 'make demo'")
+    with new_file(HERE / "figures" / "overview.svg") as scratch:
+        scratch.write_text(overview(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
