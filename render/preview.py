@@ -6,11 +6,11 @@ matrix, so hues are those of the camera, not of the chart.
 
 from __future__ import annotations
 
-import colour
 import numpy as np
 from numpy.typing import NDArray
 
 from render.rate import RateImage
+from scenes.colour_science import colour
 
 WHITE_PANEL = "19"
 WHITE_LEVEL = 0.9

@@ -15,12 +15,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import colour
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from foundation.documents import read_text
 from foundation.errors import unknown
+from scenes.colour_science import colour
 from scenes.errors import SpectrumError
 
 VISIBLE_NM = (400.0, 700.0)

@@ -233,7 +233,7 @@ def test_a_gel_absorbs_and_moves_a_black_body_as_wien_says() -> None:
 
 
 def test_reflectances_are_those_of_colour_science() -> None:
-    import colour
+    from scenes.colour_science import colour
 
     measured = list(colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"].values())
     for ours, theirs in zip(reflectances("ColorChecker N Ohta"), measured, strict=True):
