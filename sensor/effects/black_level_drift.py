@@ -38,7 +38,7 @@ class BlackLevelDrift(Effect):
     position: ClassVar[int] = 50
     reference: ClassVar[str] = (
         "Uhlenbeck and Ornstein, Phys. Rev. 36, 823 (1930), for the walk that is pulled back; "
-        "Irie et al., section IV, for the drift of black as the camera warms"
+        "Janesick, Scientific Charge-Coupled Devices (2001), chapter 6, for the clamp"
     )
 
     row_sigma_e: float = parameter(

@@ -25,7 +25,7 @@ class BlackLevelOffset(Effect):
     stage: ClassVar[Stage] = Stage.READOUT
     position: ClassVar[int] = 60
     reference: ClassVar[str] = (
-        "EMVA 1288 release 4, section 2: the dark signal mu_y.dark of the linear camera model"
+        "EMVA 1288 release 4: the dark signal mu_y.dark of the linear camera model"
     )
 
     offset_e: float | Colours = parameter(

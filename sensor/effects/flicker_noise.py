@@ -15,8 +15,8 @@ from sensor.stream import Stream
 _WHITE_SHARE = 1.0 / math.log(2.0)
 """Variance of the white term in octaves: makes f S(f) at half the pixel rate what it is below."""
 
-_COARSE = 5
-"""Holds of 2^5 pixels and more are summed once per 32 pixels, as they change no faster."""
+_COARSE = 4
+"""Holds of 2^4 pixels and more are summed once per 16 pixels, as they change no faster."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ class FlickerNoise(Effect):
 
         e(t) += s sum_j h_j(t),    t = y W + x,    two-sided spectrum S(f) = s^2 / (2 ln 2 f)
 
-    h_j is a standard normal number held for 2^j pixels of the read-out and then drawn anew, its
+    h_j is a standard normal number held for 2^j pixels of the read-out and then drawn anew, the
     first hold cut at random: one process per octave from the pixel rate down to one frame, each of
     variance s^2. Slower parts are taken off by the clamp, so that frames are independent. Equal
     power in every octave makes the variance of means over m pixels fall as the logarithm of m,
@@ -53,38 +53,40 @@ class FlickerNoise(Effect):
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         height, width = signal.shape[1:3]
         pixels = height * width
-        octaves = max(2, math.ceil(math.log2(pixels)))
-        counts = [(pixels >> j) + 2 for j in range(1, octaves)]
+        octaves = max(_COARSE + 1, math.ceil(math.log2(pixels)))
+        counts = [(pixels >> j) + 3 for j in range(1, octaves)]
         numbers = stream.normal(sum(counts), use="held").array
-        starts = stream.uniform(octaves, use="starts").array
-        dr.eval(numbers, starts)
-        index = dr.uint32_array_t(type(numbers))
+        cuts = stream.uniform(2, use="cuts").array
+        dr.eval(numbers, cuts)
+        flat = type(numbers)
+        index = dr.uint32_array_t(flat)
 
-        def held(lane: Any, length: int, first: int, last: int, unit: int) -> Any:
-            """Sum of octaves first to last on a grid of 2^unit pixels, (F, length) flat."""
-            frame = lane // length
-            place = lane - frame * length
+        def held(frame: Any, place: Any, first: int, last: int, unit: int, cut: Any) -> Any:
+            """Sum of octaves first to last at a place counted in 2^unit pixels."""
             total: Any = 0.0
             for j in range(first, last):
-                cut = dr.gather(type(numbers), starts, frame * octaves + j)
-                hold = (place + index(cut * float(1 << (j - unit)))) >> (j - unit)
+                hold = ((place + cut) >> (j - unit)) - (cut >> (j - unit))
                 before = frame * sum(counts) + sum(counts[: j - 1])
-                total = total + dr.gather(type(numbers), numbers, before + hold)
+                total = total + dr.gather(flat, numbers, before + hold)
             return total
 
-        batch = len(signal.frames)
+        # one random cut per frame serves all octaves, as its low bits are random for the short
+        # holds and its high bits for the long ones; it is drawn as two numbers of 24 bits
+        batch, cells = len(signal.frames), (pixels >> _COARSE) + 2
+        lane = dr.arange(index, batch * cells)
+        frame = lane // cells
+        high = index(dr.gather(flat, cuts, frame * 2 + 1) * float(1 << (octaves - _COARSE)))
+        coarse = held(frame, lane - frame * cells, _COARSE, octaves, _COARSE, high)
+        dr.eval(coarse)
+
         lane = dr.arange(index, batch * pixels)
-        noise = held(lane, pixels, 1, min(_COARSE, octaves), 0)
-        if octaves > _COARSE:
-            cells = (pixels >> _COARSE) + 2
-            coarse = held(dr.arange(index, batch * cells), cells, _COARSE, octaves, _COARSE)
-            dr.eval(coarse)
-            frame = lane // pixels
-            # the cells are cut at random too, so that no column is special
-            cut = index(dr.gather(type(numbers), starts, frame * octaves) * float(1 << _COARSE))
-            cell = (lane - frame * pixels + cut) >> _COARSE
-            noise = noise + dr.gather(type(numbers), coarse, frame * cells + cell)
+        frame = lane // pixels
+        place = lane - frame * pixels
+        low = index(dr.gather(flat, cuts, frame * 2) * float(1 << _COARSE))
+        fine = held(frame, place, 1, _COARSE, 0, low)
+        fine = fine + dr.gather(flat, coarse, frame * cells + ((place + low) >> _COARSE))
+
+        slow = type(signal.value)(fine, (batch, height, width))
         white = math.sqrt(_WHITE_SHARE) * stream.normal(height, width, use="white")
-        slow = type(signal.value)(noise, (batch, height, width))
         strength = signal.by_colour(self.sigma_e) / math.sqrt(octaves - 1 + _WHITE_SHARE)
         return signal.replace(signal.value + strength * (white + slow))

@@ -31,7 +31,7 @@ class Interference(Effect):
     stage: ClassVar[Stage] = Stage.READOUT
     position: ClassVar[int] = 40
     reference: ClassVar[str] = (
-        "periodic noise in the spectrograms of EMVA 1288 release 4, section 8.5; "
+        "periodic noise in the spectrograms of EMVA 1288 release 4; "
         "Janesick, Scientific Charge-Coupled Devices (2001), chapter 7: system noise pick-up"
     )
 

@@ -26,8 +26,7 @@ class RowNoise(Effect):
     stage: ClassVar[Stage] = Stage.READOUT
     position: ClassVar[int] = 30
     reference: ClassVar[str] = (
-        "sigma_tv of the 3-D noise model: D'Agostino and Webb, SPIE 1488, 110 (1991); "
-        "EMVA 1288 release 4, row temporal noise"
+        "sigma_tv of the 3-D noise model: D'Agostino and Webb, SPIE 1488, 110 (1991)"
     )
 
     sigma_e: float = parameter(

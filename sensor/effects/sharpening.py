@@ -32,7 +32,7 @@ class Sharpening(Effect):
     stage: ClassVar[Stage] = Stage.PROCESSING
     position: ClassVar[int] = 60
     reference: ClassVar[str] = (
-        "Rosenfeld and Kak, Digital Picture Processing (1982), section 6.4: unsharp masking"
+        "Rosenfeld and Kak, Digital Picture Processing (1982), chapter 6: unsharp masking"
     )
 
     amount: float = parameter(

@@ -31,8 +31,8 @@ class TemporalFilter(Effect):
     stage: ClassVar[Stage] = Stage.PROCESSING
     position: ClassVar[int] = 45
     reference: ClassVar[str] = (
-        "Dennis, Nonlinear temporal filtering of television picture noise, PhD thesis (1980): "
-        "first-order recursive filter"
+        "Dennis, Nonlinear temporal filter for television picture noise reduction, "
+        "IEE Proc. G 127, 52 (1980): the linear, first-order case"
     )
 
     carried: float = parameter(
