@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import jinja2
-
 from analysis.parameters import Estimate, NoiseParameters
 from analysis.round_trip import Row
 from camtruth.report import curves, pictures
+from camtruth.report.templates import spelt, template
 from camtruth.terminal import figure, rounded, with_error
 from render.rate import RateImage
 from sensor.camera import Camera
@@ -51,24 +49,10 @@ class Contents:
     seconds: Mapping[str, float]
 
 
-@functools.cache
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("camtruth.report", package_path="."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["spelt"] = _spelt
-    environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:]
-    return environment.get_template("report.html.j2")
-
-
 def page(contents: Contents) -> str:
     """The report as HTML."""
     lamps = list(contents.images)
-    return _template().render(
+    return template("report.html.j2").render(
         command=contents.command,
         camera=contents.camera,
         protocol=contents.protocol,
@@ -143,7 +127,7 @@ def effect_table(camera: Camera) -> list[dict[str, str]]:
     table = []
     for one in camera.effects:
         values = [
-            f"{p.name} = {_spelt(one.values()[p.name])} {p.unit if p.unit != '1' else ''}".strip()
+            f"{p.name} = {spelt(one.values()[p.name])} {p.unit if p.unit != '1' else ''}".strip()
             for p in one.parameters()
         ]
         kind = effect(one.name)
@@ -156,9 +140,3 @@ def effect_table(camera: Camera) -> list[dict[str, str]]:
             }
         )
     return table
-
-
-def _spelt(value: float | dict[str, float]) -> str:
-    if isinstance(value, dict):
-        return " / ".join(f"{v:.4g}" for v in value.values())
-    return f"{value:.4g}"

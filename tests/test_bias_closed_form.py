@@ -1,0 +1,119 @@
+"""Closed forms of the bias: exact moments of rounding, factors of the demosaic, the technique."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.bias.demosaic import detrended_variance, site_factors
+from analysis.bias.prediction import Make, predict
+from analysis.bias.rounding import rounded, sample_sd_factor
+from analysis.bias.technique import PRINTED, REPAIRED, parameters
+from tests.harness import assert_agree
+
+DRAWS = 400_000
+
+
+@pytest.mark.parametrize(
+    ("mean", "sd"), [(120.0, 0.3), (120.4, 0.2), (0.3, 1.0), (254.8, 0.7), (3.0, 0.6), (99.5, 4.0)]
+)
+def test_moments_of_rounded_clipped_noise_are_those_of_draws(mean, sd):
+    draws = np.random.default_rng(1).normal(mean, sd, DRAWS)
+    codes = np.clip(np.rint(draws), 0, 255)
+    y = rounded(mean, sd)
+    spread = float(y.sd_dn)
+    variance_se = spread**2 * math.sqrt((float(y.kurtosis) - 1) / DRAWS)
+    assert_agree(
+        [codes.mean(), codes.var()],
+        [float(y.mean_dn), spread**2],
+        [spread / math.sqrt(DRAWS), variance_se],
+        f"{mean} {sd}",
+    )
+
+
+@given(st.floats(1.0, 250.0), st.floats(1.0, 5.0))
+def test_well_above_a_step_rounding_adds_a_twelfth(mean, sd):
+    """Sheppard's correction: what is left is of the order exp(-2 pi^2 sd^2), 3e-9 at one step."""
+    mean = np.clip(mean, 10 * sd, 255 - 10 * sd)
+    y = rounded(mean, sd)
+    assert float(y.mean_dn) == pytest.approx(mean, abs=2e-9)
+    assert float(y.sd_dn) ** 2 == pytest.approx(sd**2 + 1 / 12, abs=2e-7)
+
+
+@given(st.floats(0.0, 255.0))
+def test_without_noise_a_level_is_its_nearest_code(mean):
+    y = rounded(mean, 0.0)
+    assert abs(float(y.mean_dn) - mean) <= 0.5
+    assert float(y.sd_dn) == 0
+
+
+def test_the_sd_of_few_samples_is_low_by_c4():
+    y = rounded(100.0, 3.0)
+    for n in (2, 10, 100):
+        draws = np.rint(np.random.default_rng(n).normal(100, 3, (DRAWS // n, n)))
+        sd = draws.std(axis=1, ddof=1)
+        assert_agree(sd.mean(), float(y.sample_sd_dn(n)), sd.std() / math.sqrt(len(sd)), f"{n}")
+    assert sample_sd_factor(2) == pytest.approx(math.sqrt(2 / math.pi))
+
+
+@pytest.mark.parametrize("channel", ["R", "G", "B"])
+def test_the_column_fit_takes_more_of_demosaiced_noise_than_of_white_noise(channel):
+    white = detrended_variance(channel, 50, 50, demosaiced=False)
+    assert white == pytest.approx(47 * 50 / 2499)
+    kept = detrended_variance(channel, 50, 50, demosaiced=True)
+    before = float(np.mean(site_factors(channel, demosaiced=True) ** 2))
+    assert kept < white * before
+
+
+def test_the_technique_with_nothing_exchanged_is_the_estimator(small_seen):
+    seen, found = small_seen
+    for channel in "RGB":
+        ours = parameters(seen[channel], channel, demosaiced=True)
+        for key, value in ours.items():
+            assert value == pytest.approx(found.channels[channel][key].value, rel=1e-9, abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def small_seen():
+    """Panels of a capture, and what the estimator made of them."""
+    from analysis.bias.experiment import seen_of
+    from analysis.estimators.irie import irie
+    from camtruth.simulating import grey_panels, rates_of
+    from render.closed_form import render
+    from scenes.scene import load as load_scene
+    from sensor.camera_file import load as load_camera
+    from sensor.mosaic_of_panels import panels_only
+    from sensor.protocol import load as load_protocol
+    from sensor.record import record
+
+    scene = load_scene("chart")
+    images = {lamp: render(scene, lamp) for lamp in scene.lamp_names}
+    camera, rates, panels = panels_only(load_camera("i400"), rates_of(images), grey_panels(images))
+    found = irie(record(camera, load_protocol("paper"), rates, panels=panels))
+    return seen_of(found, load_protocol("paper")), found
+
+
+def clean(channel: str) -> Make:
+    """A camera in which the exact corrections must be exact: nothing clips, noise above a step."""
+    return Make(channel=channel, gain=0.05, read=4.0, fpn=1.0, prnu=0.02, black=60.0)
+
+
+@pytest.mark.parametrize("channel", ["R", "G", "B"])
+def test_with_every_step_exchanged_the_closed_form_gives_back_what_went_in(channel):
+    """Left: sites of half the noise, 2 DN, whose rounding is 1/12 to 1e-9; c4 of three SDs."""
+    make = clean(channel)
+    levels = (0.0, 20.0, 40.0, 80.0, 120.0)
+    seen = [
+        predict(make, shot=f"{light}", light_dn=light, exposure_s=0.03, frames=100)
+        for light in levels
+    ]
+    true = {"read": 4.0, "fpn": 1.0, "shot_coefficient": math.sqrt(0.05), "prnu_slope": 0.02}
+    found = parameters(seen, channel, demosaiced=True, black_dn=60.0, technique=REPAIRED)
+    printed = parameters(seen, channel, demosaiced=True, black_dn=60.0, technique=PRINTED)
+    for key, value in true.items():
+        assert found[key] == pytest.approx(value, rel=2e-3), key
+    assert abs(printed["shot_coefficient"] / true["shot_coefficient"] - 1) > 0.2
