@@ -54,6 +54,8 @@ Wavelengths = Literal["integrated", "sampled"]
 Sampler = Literal["multijitter", "independent"]
 
 VARIANTS = {"scalar": "scalar_spectral", "llvm": "llvm_ad_spectral", "cuda": "cuda_ad_spectral"}
+__all__ = ["BATCHES", "SAMPLES", "render", "traced_open_fraction"]
+
 SAMPLES = 72
 """Light paths per pixel by default."""
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from foundation.backend import CHOICE_VARIABLE, probe
+from foundation.backend import CHOICE_VARIABLE, backend, probe
 from render import closed_form, path_traced
 from render.errors import RenderError
 from render.pupil import open_fraction
@@ -22,7 +22,7 @@ from scenes.errors import SceneError
 from scenes.scene import Scene, load
 
 SIGNIFICANCE = 1e-4
-SIZES = {"scalar": (128, 96), "llvm": (320, 240), "cuda": (320, 240)}
+SIZES = {"scalar": (160, 120), "llvm": (320, 240), "cuda": (320, 240)}
 BATCHES = path_traced.BATCHES
 
 
@@ -37,7 +37,7 @@ def backend_name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 
 @pytest.fixture(scope="module")
 def chart() -> Scene:
-    return load("chart").with_size(320, 240)
+    return load("chart").with_size(*SIZES[backend().name])
 
 
 def _without_barrel(scene: Scene) -> Scene:
@@ -80,10 +80,12 @@ def test_the_stated_error_is_honest(chart: Scene) -> None:
     scores = []
     for seed in range(3):
         error, sigma = _inside(path_traced.render(chart, "fluorescent", seed=seed), truth)
-        scores.append((error / sigma)[::7, 1])
-    found = stats.kstest(np.concatenate(scores), stats.t(BATCHES - 1).cdf)
+        scores.append((error / sigma)[:, 1])
+    every = np.concatenate(scores)
+    every = every[:: max(1, every.size // 20_000)]
+    found = stats.kstest(every, stats.t(BATCHES - 1).cdf)
     assert found.pvalue > SIGNIFICANCE
-    normal = stats.kstest(np.concatenate(scores), stats.norm.cdf)
+    normal = stats.kstest(every, stats.norm.cdf)
     assert normal.pvalue < SIGNIFICANCE, "the test could not tell t from a normal distribution"
 
 
@@ -147,20 +149,23 @@ def test_without_a_barrel_no_light_is_cut(chart: Scene) -> None:
     image, truth = path_traced.render(bare, "fluorescent"), closed_form.render(bare, "fluorescent")
     error, sigma = _inside(image, truth)
     assert (error**2).mean() < 1.1 * (sigma**2).mean()
-    with_barrel = path_traced.render(chart, "fluorescent")
-    assert (with_barrel.rate_e_per_s[:10, :10] < 0.9 * image.rate_e_per_s[:10, :10]).all()
+    cut = path_traced.render(chart, "fluorescent").rate_e_per_s[:10, :10].mean()
+    assert cut < 0.9 * image.rate_e_per_s[:10, :10].mean()
 
 
 def test_defocus_is_that_of_a_thin_lens() -> None:
     """The line spread of an edge has the variance of a disc seen from the side, r^2 / 4.
 
-    The edge is the left one of panel 21. A square pixel adds 1/12, and so does the difference of
-    neighbours that takes the place of the derivative. Eight pieces of the edge give the error.
+    The edge is the left one of panel 16, in a detector cropped to the middle of the chart. A
+    square pixel adds 1/12, and so does the difference of neighbours that takes the place of the
+    derivative. Twenty pieces of the edge give the error.
     """
     scene = _without_barrel(load("chart"))
-    image = path_traced.render(scene, "fluorescent", samples=128)
-    panel = image.panel("21")
-    edge, _ = geometry.project(scene, geometry.panel_rectangles(scene)["21"].left_m, 0.0)
+    detector = dataclasses.replace(scene.detector, width_px=160, height_px=120)
+    scene = dataclasses.replace(scene, detector=detector)
+    image = path_traced.render(scene, "fluorescent", samples=288)
+    where = geometry.panel_rectangles(scene)["16"]
+    edge, top = geometry.project(scene, where.left_m, where.top_m)
     blur = geometry.blur_diameter_px(scene)
     columns = slice(round(edge - blur - 2), round(edge + blur + 2))
     x_m, y_m = closed_form.pixel_points(scene)
@@ -168,16 +173,16 @@ def test_defocus_is_that_of_a_thin_lens() -> None:
     even = image.rate_e_per_s[..., 1] / (shading * closed_form.natural_falloff(scene, x_m, y_m))
     at = np.arange(columns.start, columns.stop - 1) + 1.0
     centres, variances = [], []
-    for rows in np.array_split(np.arange(panel.y, panel.y + panel.h), 8):
+    for rows in np.array_split(np.arange(round(top + blur), 120), 20):
         spread = np.diff(even[rows, columns].mean(axis=0))
         spread /= spread.sum()
         centres.append((spread * at).sum())
         variances.append((spread * (at - centres[-1]) ** 2).sum())
-    width = stats.t.isf(SIGNIFICANCE / 4, 7) / np.sqrt(8)
+    width = stats.t.isf(SIGNIFICANCE / 4, 19) / np.sqrt(20)
     tolerance = width * np.std(variances, ddof=1)
-    assert tolerance < 0.1
+    assert tolerance < 0.08
     assert np.mean(variances) == pytest.approx(blur**2 / 16 + 2 / 12, abs=tolerance)
-    # The lamp shines a little past the edge onto the card, which lies 0.3 mm, 0.7 px, deeper.
+    # The panel stands 0.3 mm proud and throws a shadow of 0.1 px on the card, a tenth as bright.
     assert np.mean(centres) == pytest.approx(edge, abs=width * np.std(centres, ddof=1) + 0.02)
 
 
