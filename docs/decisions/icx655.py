@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +52,7 @@ def photon_transfer(folder: Path, black: float) -> tuple[float, float, float]:
     rows = []
     for band in BANDS_NM:
         stack = [frames(folder, f"disks/*_{band}nm_{t}ms_*")[0] for t in EXPOSURES_MS]
-        for a, b in zip(stack, stack[1:], strict=False):
+        for a, b in pairwise(stack):
             for i, j in SITES.values():
                 first, second = tiles(a[i::2, j::2]), tiles(b[i::2, j::2])
                 slopes = np.abs((second @ smooth)[:, 1:]).max(1) / TILE
