@@ -25,6 +25,7 @@ from sensor.conversion import digitise, expose
 from sensor.effect import Effect
 from sensor.errors import CameraError
 from sensor.frames import PIXELS, Pixels
+from sensor.planes import Planes
 from sensor.protocol import Shot
 from sensor.signal import Format, Quantity, Signal
 from sensor.stream import Stream
@@ -187,7 +188,7 @@ def simulate(
     wanted = range(shot.frames) if frames is None else frames
     batch = range(wanted.start - camera.history_frames, wanted.stop)
     signal = Signal(
-        value=where.tensor(light_on(camera, shot, rates)[None]),
+        numbers=where.tensor(light_on(camera, shot, rates)[None]),
         quantity=Quantity.RATE,
         format=camera.format,
         shot=shot,
@@ -201,9 +202,7 @@ def simulate(
         signal = effect.apply(signal, stream_of(camera, effect, shot, seed, batch, where))
     signal = _reach(signal, until)
     if signal.shape[0] == len(batch) and len(batch) > len(wanted):
-        return dataclasses.replace(
-            signal, value=signal.value[camera.history_frames :], frames=wanted
-        )
+        return signal.replace(signal.value[camera.history_frames :], frames=wanted)
     return dataclasses.replace(signal, frames=wanted)
 
 
@@ -245,10 +244,11 @@ def pixels_of(camera: Camera, signal: Signal) -> NDArray[Any]:
             "expected a demosaicer for rgb8 and none otherwise",
             "add or remove the effect 'demosaic', or change 'pixels'",
         )
-    values = signal.value
-    if kind is np.uint8 and signal.backend.jit:
-        codes = signal.backend.arrays.TensorXu8(values).numpy()
+    if kind is np.uint8 and signal.backend.jit and isinstance(signal.numbers, Planes):
+        stack = signal.numbers.as_bytes(signal.backend.arrays.UInt8)
+    elif kind is np.uint8 and signal.backend.jit:
+        codes = signal.backend.arrays.TensorXu8(signal.value).numpy()
         stack = np.asarray(codes).reshape(signal.shape)
     else:
-        stack = np.asarray(values.numpy()).reshape(signal.shape).astype(kind)
+        stack = np.asarray(signal.value.numpy()).reshape(signal.shape).astype(kind)
     return np.broadcast_to(stack, (len(signal.frames), *stack.shape[1:]))

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
 
-from sensor.signal import Signal
+if TYPE_CHECKING:
+    from sensor.signal import Signal
 
 
 def mirrored(index: Any, shift: int, length: int) -> Any:

@@ -25,10 +25,19 @@ _MOST = 60
 """A count that a mean below `SMALL_MEAN` exceeds with probability below 1e-20."""
 
 
-def poisson_count(mean: Any, normal: Any) -> Any:
-    """Counts with the given means, flat arrays, from standard normal numbers of the same size."""
+def poisson_count(mean: Any, normal: Any, least: float = 0.0) -> Any:
+    """Counts with the given means, flat arrays, from standard normal numbers of the same size.
+
+    Args:
+        mean: means in e-.
+        normal: standard normal numbers.
+        least: a bound that no mean lies below; from `SMALL_MEAN` on, the sum need not be made.
+    """
+    large = large_mean_quantile(mean, normal)
+    if least >= SMALL_MEAN:
+        return large
     small = small_mean_count(mean, 0.5 + 0.5 * dr.erf(normal * math.sqrt(0.5)))
-    return dr.select(mean < SMALL_MEAN, small, large_mean_quantile(mean, normal))
+    return dr.select(mean < SMALL_MEAN, small, large)
 
 
 def large_mean_quantile(mean: Any, normal: Any) -> Any:

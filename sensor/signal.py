@@ -12,6 +12,7 @@ and broadcasts, so that nothing is computed per frame before it differs per fram
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from foundation.backend import Backend
 from sensor.colours import Colours
+from sensor.planes import Planes
 from sensor.protocol import Shot
 
 
@@ -76,7 +78,8 @@ class Signal:
     """A batch of frames somewhere between the sensor plane and the cable.
 
     Attributes:
-        value: Dr.Jit tensor in the shapes listed at the top of this file.
+        numbers: a Dr.Jit tensor in the shapes listed at the top of this file, or its three colours
+            side by side; read `value`, which is always the tensor.
         quantity: what its numbers are.
         format: what the camera is.
         shot: how the frames are taken.
@@ -85,7 +88,7 @@ class Signal:
         backend: where the arithmetic runs.
     """
 
-    value: Any
+    numbers: Any
     quantity: Quantity
     format: Format
     shot: Shot
@@ -94,13 +97,24 @@ class Signal:
     clamp_e: float = 0.0
 
     def replace(self, value: Any, **changes: Any) -> Signal:
-        """The same signal with other numbers."""
-        return dataclasses.replace(self, value=value, **changes)
+        """The same signal with other numbers: a tensor, or planes."""
+        return dataclasses.replace(self, numbers=value, **changes)
+
+    @property
+    def value(self) -> Any:
+        """The numbers as a Dr.Jit tensor."""
+        return self.numbers.tensor if isinstance(self.numbers, Planes) else self.numbers
+
+    def pointwise(self, change: Callable[[Any], Any], **changes: Any) -> Signal:
+        """The same signal after a change that looks at each number by itself."""
+        held = self.numbers
+        other = held.map(change) if isinstance(held, Planes) else change(held)
+        return self.replace(other, **changes)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the numbers, the frame axis first."""
-        return tuple(self.value.shape)
+        return tuple(self.numbers.shape)
 
     @property
     def coloured(self) -> bool:

@@ -99,9 +99,11 @@ class Stream:
             means = np.asarray(mean.numpy()).reshape(tuple(mean.shape))
             rows = iter(np.broadcast_to(means, (len(self.frames), *shape)))
             return self._numpy(lambda g: g.poisson(next(rows)).astype(np.float32), use)
+        # one look at a mean that all frames share spares every frame the sum for small means
+        least = float(dr.min(mean.array)[0]) if mean.shape[0] == 1 else 0.0
         normal = self.normal(*shape, use=use)
         means = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
-        return type(mean)(poisson_count(means, normal.array), normal.shape)
+        return type(mean)(poisson_count(means, normal.array, least), normal.shape)
 
     def _philox(self, shape: tuple[int, ...], use: str) -> Any:
         """A generator whose every lane makes four neighbouring numbers of a frame."""

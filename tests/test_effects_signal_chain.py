@@ -86,7 +86,7 @@ def applied(effect: Effect, values: Array, *, cfa: str = "GGGG", bits: int = 8) 
         gain_dn_per_e=camera.gain_dn_per_e, black_dn=0.0,
     )  # fmt: skip
     signal = Signal(
-        value=where.tensor(values), quantity=effect.quantity(), format=form, shot=shot,
+        numbers=where.tensor(values), quantity=effect.quantity(), format=form, shot=shot,
         frames=frames, backend=where,
     )  # fmt: skip
     stream = stream_of(camera, effect, shot, 1, frames, where)

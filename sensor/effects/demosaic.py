@@ -9,7 +9,8 @@ import drjit as dr
 import numpy as np
 
 from sensor.effect import Effect, Stage
-from sensor.neighbours import Neighbours, interleaved
+from sensor.neighbours import Neighbours
+from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -30,23 +31,27 @@ class Demosaic(Effect):
     reference: ClassVar[str] = "Irie et al., equations (4) to (7)"
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        near = Neighbours(signal)
-        centre = near.flat_at(0, 0)
-        across = (near.flat_at(0, -1) + near.flat_at(0, 1)) * 0.5
-        down = (near.flat_at(-1, 0) + near.flat_at(1, 0)) * 0.5
-        diagonal = (
-            near.flat_at(-1, -1) + near.flat_at(-1, 1) + near.flat_at(1, -1) + near.flat_at(1, 1)
-        ) * 0.25
+        beside = Neighbours(signal)
+        centre = beside.flat
+        across = (beside.flat_at(0, -1) + beside.flat_at(0, 1)) * 0.5
+        down = (beside.flat_at(-1, 0) + beside.flat_at(1, 0)) * 0.5
+        # the mean of the four diagonal ones is the mean of what lies across, above and below
+        above = Neighbours(signal.replace(beside.tensor(across, signal.shape)))
+        diagonal = (above.flat_at(-1, 0) + above.flat_at(1, 0)) * 0.5
         candidates = (centre, across, down, (across + down) * 0.5, diagonal)
 
-        phase = (near.row & 1) * 2 + (near.column & 1)
-        planes = []
+        phase = (beside.row & 1) * 2 + (beside.column & 1)
+        colours = []
         for sources in _sources(signal.format.cfa):
             plane = candidates[sources[0]]
             for k in (1, 2, 3):
                 plane = dr.select(phase == k, candidates[sources[k]], plane)
-            planes.append(plane)
-        return signal.replace(type(signal.value)(interleaved(planes), (*signal.shape, 3)))
+            colours.append(plane)
+        red, green, blue = colours
+        f, height, width = signal.shape
+        return signal.replace(
+            Planes(colours=(red, green, blue), shape=(f, height, width, 3), kind=beside.tensor)
+        )
 
 
 def _sources(cfa: str) -> list[list[int]]:

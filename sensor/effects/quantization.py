@@ -27,5 +27,7 @@ class Quantization(Effect):
     reference: ClassVar[str] = "Irie et al., equations (1) and (2)"
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        code = dr.clip(dr.round(signal.value), 0.0, float(signal.format.top_dn))
-        return signal.replace(code, quantity=Quantity.CODE)
+        top = float(signal.format.top_dn)
+        return signal.pointwise(
+            lambda value: dr.clip(dr.round(value), 0.0, top), quantity=Quantity.CODE
+        )
