@@ -44,15 +44,20 @@ def clipped_reason(darks: list[Observation]) -> str:
     )
 
 
+def no_panels(capture: Capture) -> list[str]:
+    """Say so where nobody said where to look."""
+    if capture.panels:
+        return []
+    area = capture.areas[0]
+    return [f"no panels given: the central {area.w} x {area.h} pixels were measured"]
+
+
 def cautions_of(capture: Capture, observations: tuple[Observation, ...]) -> tuple[str, ...]:
     """What a careful reader must know of the frames before using the figures."""
     first = capture.frames[0]
     darks = [seen for seen in observations if seen.shot.dark]
     lit = [seen for seen in observations if not seen.shot.dark]
-    found = []
-    if not capture.panels:
-        area = capture.areas[0]
-        found.append(f"no panels given: the central {area.w} x {area.h} pixels were measured")
+    found = no_panels(capture)
     if first.demosaiced and first.cfa is None:
         found.append("nobody said how the colours were made: a bilinear demosaic was assumed")
     left_out = [seen for seen in lit if saturated(seen)]
@@ -86,10 +91,20 @@ def cautions_of(capture: Capture, observations: tuple[Observation, ...]) -> tupl
 
 
 def _places(observations: Iterable[Observation]) -> str:
-    """Shots, each with its panels and channels: ``dark-8ms panel 19 (R, G); ...``."""
+    return places((seen.shot.label, seen.panel, seen.channel) for seen in observations)
+
+
+def places(where: Iterable[tuple[str, str, str]]) -> str:
+    """Shots, each with its panels and channels: ``dark-8ms panel 19 (R, G); ...``.
+
+    Args:
+        where: label of the shot, panel and channel.
+    """
     by_panel: dict[tuple[str, str], list[str]] = {}
-    for seen in observations:
-        by_panel.setdefault((seen.shot.label, seen.panel), []).append(seen.channel)
+    for label, place, channel in where:
+        channels = by_panel.setdefault((label, place), [])
+        if channel not in channels:
+            channels.append(channel)
     by_shot: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for (shot, panel), channels in by_panel.items():
         by_shot.setdefault((shot, tuple(channels)), []).append(panel)
