@@ -53,12 +53,12 @@ def rounded(mean_dn: ArrayLike, sd_dn: ArrayLike, top_dn: int = 255) -> Rounded:
     )
     half = int(np.ceil(REACH * float(s.max(initial=0.0)))) + 1
     base = np.floor(m)
-    scale = np.where(s > 0, s, 1e-300)
+    scale = np.where(s > 0, s, 1.0)
     raw = np.zeros((4, *m.shape))
     for step in range(-half, half + 1):
         code = base + step  # its threshold lies half a step below it
-        with np.errstate(over="ignore"):
-            above = ndtr((m - code + 0.5) / scale)
+        over = m - code + 0.5
+        above = np.where(s > 0, ndtr(over / scale), over > 0)
         above = np.where(code > top_dn, 0.0, np.where(code < 1, 1.0, above))
         counted = above if step > 0 else above - 1  # from the base, up or down
         for power in range(1, 5):

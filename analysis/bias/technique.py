@@ -32,6 +32,7 @@ class Technique:
         less_residual: a stack's share 1/N of the noise in time is taken off the spatial figure.
         exact_rounding: variance 1/12 is taken off instead of the curves of N_Q, whose fixed
             patterns are rounded without the noise in time that stirs them.
+        step_variance: what `exact_rounding` takes off; 0 for frames that were never rounded.
         exact_demosaic: rounding and N_D site by site of the demosaic in time, and by exact degrees
             of freedom in space, instead of Table V.
         above_black: noise against mean less black level instead of against the mean.
@@ -40,6 +41,7 @@ class Technique:
     variances: bool = False
     less_residual: bool = False
     exact_rounding: bool = False
+    step_variance: float = STEP_VARIANCE
     exact_demosaic: bool = False
     above_black: bool = False
 
@@ -109,7 +111,7 @@ def corrected(s: Seen, kind: Kind, channel: str, demosaiced: bool, technique: Te
     measured = s.temporal_dn if kind == "temporal" else s.spatial_dn
     if technique.exact_rounding:
         # White rounding noise lies in every frame anew: the mean image holds 1/N of it.
-        step = STEP_VARIANCE * (1.0 if kind == "temporal" else free / s.frames)
+        step = technique.step_variance * (1.0 if kind == "temporal" else free / s.frames)
         fit_taken = kind == "temporal"
         before = math.sqrt(max(measured**2 - step, 0.0))
         before /= sample_sd_factor(s.frames) if kind == "temporal" else 1.0
@@ -129,11 +131,11 @@ def corrected(s: Seen, kind: Kind, channel: str, demosaiced: bool, technique: Te
 def _site_by_site(s: Seen, factors: Floats, technique: Technique) -> float:
     """The noise of a photosite whose rounded noises, averaged over the sites, are the measured."""
     if technique.exact_rounding:
-        low = math.sqrt(STEP_VARIANCE)
+        low = math.sqrt(technique.step_variance)
         factor = sample_sd_factor(s.frames)
 
         def short(sd: float) -> float:
-            each = np.sqrt((factors * sd) ** 2 + STEP_VARIANCE)
+            each = np.sqrt((factors * sd) ** 2 + technique.step_variance)
             return factor * float(each.mean()) - s.temporal_dn
 
         if s.temporal_dn <= factor * low:

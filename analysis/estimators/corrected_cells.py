@@ -29,7 +29,7 @@ PRIOR_DEGREE = 2
 """Degree of the smooth level about which the likelihood lets the pattern scatter. Where codes are
 counted levels are low and shading is weak; what is left of it widens the pattern a little."""
 
-LEAST_DN = 0.22
+LEAST_DN = 0.24
 """Noise below which codes do not tell it: a site then gives one or two codes, and noise and pattern
 can only be told from each other by the far tails of their distributions, if at all."""
 
@@ -39,7 +39,11 @@ VAGUE = 0.1
 SINGLE = 0.9
 """Share of sites with a single code from which the rest are too few."""
 
-CHUNK_SAMPLES = 1 << 19
+HIDDEN = 0.5
+"""Share at an end of the range from which the median itself is hidden."""
+
+SECTION_FRAMES = 1000
+"""Longer stacks are measured section by section and averaged, so that memory does not grow."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,22 +85,60 @@ class Cell:
 
 def measure_cell(stack: NDArray[Any], top_dn: int, row: Floats, column: Floats) -> Cell:
     """Measure a stack (N, h, w) of a lattice whose sites lie at `row`, `column`."""
+    sections = -(-len(stack) // SECTION_FRAMES)
+    parts = np.array_split(np.arange(len(stack)), sections)
+    cells = [_section(stack[p[0] : p[-1] + 1], top_dn, row, column) for p in parts]
+    return cells[0] if sections == 1 else _average(cells)
+
+
+def _average(cells: list[Cell]) -> Cell:
+    """One cell from the sections of a stack, all nearly of one length."""
+
+    def mean(name: str) -> float:
+        return float(np.mean([getattr(cell, name) for cell in cells]))
+
+    count = len(cells)
+    return Cell(
+        frames=sum(cell.frames for cell in cells),
+        mean_dn=mean("mean_dn"),
+        level_dn=np.mean([cell.level_dn for cell in cells], axis=0),
+        level_variance_dn2=mean("level_variance_dn2") / count,
+        variance_dn2=mean("variance_dn2"),
+        variance_se_dn2=mean("variance_se_dn2") / count**0.5,
+        frame_chi2=mean("frame_chi2"),
+        at_zero=mean("at_zero"),
+        at_top=mean("at_top"),
+        resolved=mean("resolved"),
+        single=min(cell.single for cell in cells),
+    )
+
+
+def _section(stack: NDArray[Any], top_dn: int, row: Floats, column: Floats) -> Cell:
     n, h, w = stack.shape
     samples = np.ascontiguousarray(stack).reshape(n, h * w)
     low, high = int(samples.min()), int(samples.max())
     mean, variance, frame_mean = _moments(samples)
     moment = float(variance.mean())
-    at_zero = float(np.count_nonzero(samples == 0)) / samples.size if low == 0 else 0.0
-    at_top = float(np.count_nonzero(samples >= top_dn)) / samples.size if high >= top_dn else 0.0
     spread = float(frame_mean.var(ddof=1))
     found: dict[str, Any] = {
         "frames": n,
         "frame_chi2": spread * h * w / moment if moment > 0 else 1.0,
-        "at_zero": at_zero,
-        "at_top": at_top,
+        "at_zero": float(np.mean(samples == 0)) if low == 0 else 0.0,
+        "at_top": float(np.mean(samples >= top_dn)) if high >= top_dn else 0.0,
         "single": float(np.mean(variance == 0)),
     }
-    if moment - ROUNDING_DN2 > LOUD_DN**2 and not at_zero and not at_top:
+    if found["single"] >= SINGLE or found["at_zero"] >= HIDDEN or found["at_top"] >= HIDDEN:
+        return Cell(
+            mean_dn=float(mean.mean()),
+            level_dn=mean,
+            level_variance_dn2=moment / n,
+            variance_dn2=0.0,
+            variance_se_dn2=0.0,
+            resolved=0.0,
+            **found,
+        )
+    touched = low == 0 or high >= top_dn
+    if moment - ROUNDING_DN2 > LOUD_DN**2 and not touched:
         return Cell(
             mean_dn=float(mean.mean()),
             level_dn=mean,
@@ -106,28 +148,17 @@ def measure_cell(stack: NDArray[Any], top_dn: int, row: Floats, column: Floats) 
             resolved=1.0,
             **found,
         )
-    if low == high:
-        return Cell(
-            mean_dn=float(low),
-            level_dn=mean,
-            level_variance_dn2=0.0,
-            variance_dn2=0.0,
-            variance_se_dn2=0.0,
-            resolved=0.0,
-            **found,
-        )
     q = basis(row, column, min(PRIOR_DEGREE, highest(h, w)))
     centre = q @ (q.T @ mean)
     left = mean - centre
     pattern = float(left @ left) / max(h * w - q.shape[1], 1) - moment / n
-    sigma = max(moment - ROUNDING_DN2, 0.25 * moment) ** 0.5
     fit = fit_codes(
         count_codes(samples, low, high),
         low,
         top_dn,
         q,
         centre=centre,
-        sigma=sigma,
+        sigma=max(moment - ROUNDING_DN2, 0.25 * moment) ** 0.5,
         tau=max(pattern, 1e-4) ** 0.5,
     )
     return Cell(
@@ -145,15 +176,9 @@ def _moments(samples: NDArray[Any]) -> tuple[Floats, Floats, Floats]:
     """Mean and unbiased variance of each site (n,), and mean of each frame (N,)."""
     n = len(samples)
     base = int(samples[0].mean())
-    total = np.zeros(samples.shape[1])
-    squares = np.zeros(samples.shape[1])
-    frame_mean = np.empty(n)
-    step = max(1, CHUNK_SAMPLES // samples.shape[1])
-    for start in range(0, n, step):
-        d = samples[start : start + step].astype(np.float32)
-        d -= base
-        total += d.sum(axis=0)
-        squares += np.einsum("ij,ij->j", d, d)
-        frame_mean[start : start + step] = d.mean(axis=1)
+    d = samples.astype(np.float32)
+    d -= base
+    total = d.sum(axis=0, dtype=np.float64)
+    squares = np.einsum("ij,ij->j", d, d, dtype=np.float64)
     variance = (squares - total * total / n) / (n - 1)
-    return base + total / n, np.maximum(variance, 0.0), base + frame_mean
+    return base + total / n, np.maximum(variance, 0.0), base + d.mean(axis=1, dtype=np.float64)

@@ -36,6 +36,9 @@ CONVERGED = 0.02
 LEAST_TAU = 0.1
 """Floor of the pattern's SD, relative to the error of a level: what is finer does not matter."""
 
+LEAST_SIGMA_DN = 0.1
+"""Floor of the noise, far below what codes can tell; it keeps the grid short."""
+
 REACH = 4.5
 """How far the grid goes beyond the outermost pixel's level, in SDs of that level's error."""
 
@@ -160,7 +163,7 @@ def fit_codes(
         step_tau = 0.5 * np.log(max(variance - shrunk, LEAST_TAU**2 * shrunk) / tau**2)
         pixels = centre + level
         centre = centre + shift
-        sigma *= float(np.exp(step))
+        sigma = max(sigma * float(np.exp(step)), LEAST_SIGMA_DN)
         tau *= float(np.exp(np.clip(step_tau, -0.7, 0.7)))
         if step * step * information[0, 0] < CONVERGED**2 and abs(step_tau) < 0.01:
             break
