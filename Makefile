@@ -56,7 +56,7 @@ $(READY): requirements.lock pyproject.toml
 	@touch $@
 
 lock:
-	uv pip compile pyproject.toml --group build --extra dev --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --group build --extra dev --extra exchange --universal --python-version 3.11 \
 	  --fork-strategy fewest --no-header --no-annotate --quiet --output-file requirements.lock.new
 	{ head -2 requirements.lock; grep -v "python_full_version >= '3.15'" requirements.lock.new \
 	  | sed "s/ ; python_full_version < '3.15'$$//; s/python_full_version < '3.15' and //"; } \

@@ -1,0 +1,189 @@
+"""Many cases at once: the same results in this process, on threads, and on a cluster that loses
+a worker; and a run that was killed goes on where it stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from foundation.errors import InputError, OutputError
+from foundation.jobs import JobError, run
+
+ROOT = Path(__file__).parents[1]
+SEEDS = {f"body-{seed}": seed for seed in range(40)}
+
+
+def draws(pause_s: float = 0.0) -> Callable[[float, int], dict[str, float]]:
+    """A job whose figures depend on its seed alone; a closure, so that workers get its source."""
+
+    def work(scale: float, seed: int) -> dict[str, float]:
+        time.sleep(pause_s)
+        values = np.random.default_rng(seed).normal(size=1000) * scale
+        return {"mean": float(values.mean()), "sd": float(values.std())}
+
+    return work
+
+
+def text(results: dict[str, dict[str, float]]) -> str:
+    return json.dumps(results)
+
+
+@pytest.fixture(scope="module")
+def alone() -> str:
+    return text({key: draws()(2.0, seed) for key, seed in SEEDS.items()})
+
+
+def test_threads_give_the_results_of_a_plain_loop_in_the_order_of_the_cases(alone: str) -> None:
+    told = []
+    for threads in (1, 3):
+        told.clear()
+        assert text(run(draws(), SEEDS, shared=2.0, threads=threads, progress=told.append)) == alone
+        assert sum(told) == len(SEEDS)
+
+
+def test_no_case_is_no_work() -> None:
+    assert run(draws(), {}) == {}
+
+
+def test_an_error_for_people_keeps_its_parts_on_the_way() -> None:
+    def refuse(_: object, case: int) -> int:
+        if case == 3:
+            raise InputError("found", "expected", "remedy")
+        return case
+
+    with pytest.raises(InputError) as caught:
+        run(refuse, {str(k): k for k in range(5)}, threads=2)
+    assert (caught.value.found, caught.value.remedy) == ("found", "remedy")
+
+
+def test_nobody_at_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("foundation.jobs.CONNECT_S", 0.5)
+    with pytest.raises(JobError, match=r"scheduler tcp://127\.0\.0\.1:9"):
+        run(draws(), SEEDS, shared=1.0, scheduler="tcp://127.0.0.1:9")
+    with pytest.raises(JobError, match="no answer from the scheduler nonsense"):
+        run(draws(), SEEDS, shared=1.0, scheduler="nonsense://x")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cluster:
+    address: str
+    workers: list[subprocess.Popen[bytes]]
+
+
+def start(*words: str) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-m", *words],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "DASK_DISTRIBUTED__WORKER__DAEMON": "False"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    """A scheduler and two workers on loopback, each a process of its own."""
+    folder = tmp_path_factory.mktemp("cluster")
+    file = folder / "scheduler.json"
+    quiet = ("--no-dashboard", "--host", "127.0.0.1")
+    running = [
+        start("distributed.cli.dask_scheduler", "--port=0", "--scheduler-file", str(file), *quiet)
+    ]
+    try:
+        patience = time.monotonic() + 30
+        while not file.exists() or not file.read_text():
+            assert time.monotonic() < patience, "no scheduler"
+            time.sleep(0.05)
+        address = json.loads(file.read_text())["address"]
+        apart = ("--no-nanny", "--nthreads=1", "--local-directory", str(folder), *quiet)
+        running += [start("distributed.cli.dask_worker", address, *apart) for _ in range(2)]
+        yield Cluster(address=address, workers=running[1:])
+    finally:
+        for process in running:
+            process.kill()
+            process.wait()
+
+
+def test_two_workers_one_of_them_killed_in_the_middle_give_the_same_bytes(
+    cluster: Cluster, alone: str, tmp_path: Path
+) -> None:
+    from distributed import Client
+
+    with Client(cluster.address) as client:
+        client.wait_for_workers(2, timeout=30)
+    whole = run(draws(), SEEDS, shared=2.0, scheduler=cluster.address)
+    assert text(whole) == alone
+    done = 0
+
+    def kill_at_ten(parts: int) -> None:
+        nonlocal done
+        done += parts
+        if done == 10:
+            cluster.workers[0].kill()
+
+    journal = tmp_path / "results.jsonl"
+    survived = run(
+        draws(0.02),
+        SEEDS,
+        shared=2.0,
+        scheduler=cluster.address,
+        journal=journal,
+        progress=kill_at_ten,
+    )
+    assert cluster.workers[0].wait(10) != 0
+    assert text(survived) == alone
+    assert done == len(SEEDS)
+    assert len(journal.read_text().splitlines()) == 1 + len(SEEDS)
+
+
+def test_a_stopped_run_computes_only_what_is_missing(alone: str, tmp_path: Path) -> None:
+    journal = tmp_path / "results.jsonl"
+    run(draws(), dict(list(SEEDS.items())[:15]), shared=2.0, journal=journal, question="q")
+    torn = journal.read_bytes()[:-7]
+    journal.write_bytes(torn)
+    computed = []
+
+    def counted(scale: float, seed: int) -> dict[str, float]:
+        computed.append(seed)
+        return draws()(scale, seed)
+
+    again = run(counted, SEEDS, shared=2.0, journal=journal, question="q", threads=1)
+    assert text(again) == alone
+    # threads finish in any order, so which line was cut is not known; that it was one is
+    assert len(computed) == len(SEEDS) - 14
+    assert len(journal.read_text().splitlines()) == 1 + len(SEEDS)
+
+
+def test_a_journal_of_another_question_is_refused(tmp_path: Path) -> None:
+    journal = tmp_path / "results.jsonl"
+    run(draws(), SEEDS, shared=2.0, journal=journal, question="one")
+    with pytest.raises(OutputError, match="another question"):
+        run(draws(), SEEDS, shared=2.0, journal=journal, question="two")
+    journal.write_text("hello\n")
+    with pytest.raises(InputError, match="JSON"):
+        run(draws(), SEEDS, shared=2.0, journal=journal, question="two")
+    journal.write_text('{"format": "x"}\n')
+    with pytest.raises(OutputError, match="no journal"):
+        run(draws(), SEEDS, shared=2.0, journal=journal, question="two")
+
+
+def test_killed_between_any_two_bytes_a_run_ends_with_the_same_results(
+    alone: str, tmp_path: Path
+) -> None:
+    """A journal cut anywhere is the journal of a run that was killed there."""
+    whole = tmp_path / "whole.jsonl"
+    run(draws(), SEEDS, shared=2.0, journal=whole, threads=1)
+    content = whole.read_bytes()
+    for cut in np.random.default_rng(1).integers(0, len(content) + 1, 20):
+        journal = tmp_path / "cut.jsonl"
+        journal.write_bytes(content[:cut])
+        assert text(run(draws(), SEEDS, shared=2.0, journal=journal, threads=1)) == alone
+        assert journal.read_bytes() == content
