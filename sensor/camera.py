@@ -185,10 +185,25 @@ def simulate(
         until: stop before the first effect past this quantity.
     """
     where = where or backend()
+    light = where.tensor(light_on(camera, shot, rates)[None])
     wanted = range(shot.frames) if frames is None else frames
-    batch = range(wanted.start - camera.history_frames, wanted.stop)
+    return expose_to(camera, shot, light, wanted, seed=seed, where=where, until=until)
+
+
+def expose_to(
+    camera: Camera,
+    shot: Shot,
+    light: Any,
+    frames: range,
+    *,
+    seed: int,
+    where: Backend,
+    until: Quantity = Quantity.CODE,
+) -> Signal:
+    """What `simulate` does, with the light of the shot already there: a tensor (1, H, W, 3)."""
+    batch = range(frames.start - camera.history_frames, frames.stop)
     signal = Signal(
-        numbers=where.tensor(light_on(camera, shot, rates)[None]),
+        numbers=light,
         quantity=Quantity.RATE,
         format=camera.format,
         shot=shot,
@@ -201,9 +216,9 @@ def simulate(
         signal = _reach(signal, effect.quantity())
         signal = effect.apply(signal, stream_of(camera, effect, shot, seed, batch, where))
     signal = _reach(signal, until)
-    if signal.shape[0] == len(batch) and len(batch) > len(wanted):
-        return signal.replace(signal.value[camera.history_frames :], frames=wanted)
-    return dataclasses.replace(signal, frames=wanted)
+    if signal.shape[0] == len(batch) and len(batch) > len(frames):
+        return signal.replace(signal.value[camera.history_frames :], frames=frames)
+    return dataclasses.replace(signal, frames=frames)
 
 
 def stream_of(

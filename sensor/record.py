@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from foundation.backend import Backend, backend
 from foundation.panel import Panel
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera, expose_to, light_on, pixels_of
 from sensor.frames import PIXELS, Capture, Frames
 from sensor.protocol import Protocol, Shot
 
@@ -38,10 +38,9 @@ def take(
 ) -> Iterator[NDArray[np.generic]]:
     """The frames of one shot, batch by batch: arrays (n, H, W, 3) or (n, H, W)."""
     where = where or backend()
+    light = where.tensor(light_on(camera, shot, rates)[None])
     for frames in batches(camera, shot):
-        yield pixels_of(
-            camera, simulate(camera, shot, rates, seed=seed, frames=frames, where=where)
-        )
+        yield pixels_of(camera, expose_to(camera, shot, light, frames, seed=seed, where=where))
 
 
 def stack_shape(camera: Camera, shot: Shot) -> tuple[int, ...]:

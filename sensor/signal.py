@@ -123,17 +123,25 @@ class Signal:
 
     def coordinates(self) -> tuple[Any, Any, Any]:
         """Frame, row and column of every pixel of the batch: three flat arrays of f H W indices."""
-        f, height, width = self.shape[:3]
-        index = dr.uint32_array_t(type(self.value.array))
-        lane = dr.arange(index, f * height * width)
+        return self._places(self.shape[0])
+
+    def _places(self, frames: int) -> tuple[Any, Any, Any]:
+        """Frame, row and column of every pixel of so many frames."""
+        height, width = self.shape[1:3]
+        index = dr.uint32_array_t(dr.array_t(self.backend.arrays.TensorXf))
+        lane = dr.arange(index, frames * height * width)
         frame = lane // (height * width)
         pixel = lane - frame * (height * width)
         row = pixel // width
         return frame, row, pixel - row * width
 
-    def colour_of_pixel(self) -> Any:
-        """Which of R, G, B (0 to 2) each pixel of the mosaic sees: flat, f H W."""
-        _, row, column = self.coordinates()
+    def colour_of_pixel(self, frames: int | None = None) -> Any:
+        """Which of R, G, B (0 to 2) each pixel of the mosaic sees: flat, f H W.
+
+        Args:
+            frames: f, where it is not that of the batch.
+        """
+        _, row, column = self._places(self.shape[0] if frames is None else frames)
         codes = ["RGB".index(c) for c in self.format.cfa]
         top = dr.select((column & 1) == 0, type(row)(codes[0]), type(row)(codes[1]))
         bottom = dr.select((column & 1) == 0, type(row)(codes[2]), type(row)(codes[3]))
@@ -156,9 +164,9 @@ class Signal:
         values = self.backend.tensor([figure.R, figure.G, figure.B])
         if self.coloured:
             return self.backend.arrays.TensorXf(values.array, (1, 1, 1, 3))
-        one_frame = self.replace(self.value[:1])
-        flat = dr.gather(type(values.array), values.array, one_frame.colour_of_pixel())
-        return self.backend.arrays.TensorXf(flat, one_frame.shape)
+        # a slice of the numbers would have them made now, and break the kernel in two
+        flat = dr.gather(type(values.array), values.array, self.colour_of_pixel(frames=1))
+        return self.backend.arrays.TensorXf(flat, (1, *self.shape[1:]))
 
     def numpy(self) -> NDArray[np.float32]:
         """The numbers as a NumPy array with its frame axis at full length F."""
