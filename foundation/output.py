@@ -99,7 +99,8 @@ def sha256(path: Path) -> str:
 
 
 def write_checksums(folder: Path) -> None:
-    """Write `SHA256SUMS` for every file below a folder."""
-    files = sorted(p for p in folder.rglob("*") if p.is_file() and p.name != CHECKSUMS)
+    """Write `SHA256SUMS` for every file below a folder, lists of its subfolders among them."""
+    own = folder / CHECKSUMS
+    files = sorted(p for p in folder.rglob("*") if p.is_file() and p != own)
     lines = [f"{sha256(p)}  {p.relative_to(folder).as_posix()}\n" for p in files]
-    (folder / CHECKSUMS).write_text("".join(lines), encoding="utf-8")
+    own.write_text("".join(lines), encoding="utf-8")
