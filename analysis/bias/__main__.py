@@ -1,0 +1,76 @@
+"""`make bias`: the long runs behind the bias page; each goes on where it was cut off.
+
+python -m analysis.bias coverage --camera i400 --seeds 2000 --method corrected
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from analysis.bias.coverage import bench, rows, scaled, trip
+from foundation.jobs import run
+from foundation.output import new_file
+
+RUNS = Path("camtruth-out/bias")
+RESULTS = Path("docs/results")
+
+
+def main() -> None:
+    """Run what the words ask for, and write the figures that the page shows."""
+    parser = argparse.ArgumentParser(prog="python -m analysis.bias", description=__doc__)
+    parser.add_argument("what", choices=["coverage"])
+    parser.add_argument("--camera", default="i400")
+    parser.add_argument("--raw", action="store_true")
+    parser.add_argument("--seeds", type=int, default=2000)
+    parser.add_argument("--method", action="append")
+    parser.add_argument("--scheduler")
+    parser.add_argument("--threads", type=int, default=1)
+    options = parser.parse_args()
+    coverage(options)
+
+
+def coverage(options: argparse.Namespace) -> None:
+    """Many bodies, and how often the truth lies in their intervals."""
+    shared = bench(options.camera, options.method or ["corrected"], raw=options.raw)
+    name = f"coverage-{options.camera}{'-raw' * options.raw}-{'-'.join(shared.methods)}"
+    done = 0
+
+    def progress(more: int) -> None:
+        nonlocal done
+        done += more
+        if done % 20 == 0:
+            print(f"{name}: {done} of {options.seeds}", flush=True)
+
+    results = run(
+        trip,
+        {str(seed): seed for seed in range(options.seeds)},
+        shared=shared,
+        scheduler=options.scheduler,
+        threads=options.threads,
+        journal=RUNS / f"{name}.jsonl",
+        question=shared.question,
+        progress=progress,
+    )
+    found = rows(shared, list(results.values()))
+    publish(name, {"seeds": options.seeds, "rows": [scaled(row) for row in found]})
+
+
+def publish(name: str, document: dict[str, Any]) -> None:
+    """Write results with the day and the commit that they are of."""
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    with new_file(RESULTS / f"{name}.json") as scratch:
+        text = json.dumps({"date": today, "commit": commit, **document}, indent=1, allow_nan=False)
+        scratch.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
