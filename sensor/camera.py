@@ -260,7 +260,7 @@ def pixels_of(camera: Camera, signal: Signal) -> NDArray[Any]:
             "add or remove the effect 'demosaic', or change 'pixels'",
         )
     if kind is np.uint8 and signal.backend.jit and isinstance(signal.numbers, Planes):
-        stack = signal.numbers.as_bytes(signal.backend.arrays.UInt8)
+        stack = signal.numbers.as_bytes()
     elif kind is np.uint8 and signal.backend.jit:
         codes = signal.backend.arrays.TensorXu8(signal.value).numpy()
         stack = np.asarray(codes).reshape(signal.shape)

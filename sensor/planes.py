@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from types import ModuleType
 from typing import Any
 
 import drjit as dr
@@ -24,36 +25,40 @@ class Planes:
     """The red, green and blue values of a batch of frames.
 
     Attributes:
-        colours: three flat Dr.Jit arrays of f H W values each.
+        colours: for each colour, its values as 1 flat Dr.Jit array of f H W, or as 4 of a quarter
+            of that, which hold every fourth column each: the runs of `sensor.neighbours.Runs`.
         shape: (f, H, W, 3).
-        kind: the type of tensor that holds them together.
+        arrays: the Dr.Jit module they are of.
     """
 
-    colours: tuple[Any, Any, Any]
-    shape: tuple[int, int, int, int]
-    kind: Any
+    colours: tuple[tuple[Any, ...], ...]
+    shape: tuple[int, ...]
+    arrays: ModuleType
 
     def map(self, change: Callable[[Any], Any]) -> Planes:
         """The planes after a change that looks at each number by itself."""
-        red, green, blue = self.colours
-        colours = (change(red), change(green), change(blue))
-        return Planes(colours=colours, shape=self.shape, kind=self.kind)
+        colours = tuple(tuple(change(part) for part in parts) for parts in self.colours)
+        return Planes(colours=colours, shape=self.shape, arrays=self.arrays)
 
     @cached_property
     def tensor(self) -> Any:
         """The same numbers pixel by pixel: a tensor (f, H, W, 3)."""
-        return self.kind(interleaved(list(self.colours)), self.shape)
+        planes = [interleaved(list(parts)) for parts in self.colours]
+        return self.arrays.TensorXf(interleaved(planes), self.shape)
 
-    def as_bytes(self, whole: Any) -> NDArray[np.uint8]:
-        """Codes of 0 to 255 as bytes, pixel by pixel: (f, H, W, 3).
-
-        Args:
-            whole: the Dr.Jit array type of bytes.
-        """
+    def as_bytes(self) -> NDArray[np.uint8]:
+        """Codes of 0 to 255 as bytes, pixel by pixel: (f, H, W, 3). For a JIT backend."""
         import cv2
 
-        colours = [whole(plane) for plane in self.colours]
-        dr.eval(colours)
+        planes = [self._bytes_of(parts) for parts in self.colours]
+        dr.eval(planes)
         lines = (self.shape[0] * self.shape[1], self.shape[2])
-        merged = cv2.merge([np.asarray(plane.numpy()).reshape(lines) for plane in colours])
+        merged = cv2.merge([plane.numpy().view(np.uint8).reshape(lines) for plane in planes])
         return np.asarray(merged, dtype=np.uint8).reshape(self.shape)
+
+    def _bytes_of(self, parts: tuple[Any, ...]) -> Any:
+        """The bytes of one colour in memory's order: by themselves, or four in a word."""
+        if len(parts) == 1:
+            return self.arrays.UInt8(parts[0])
+        words = [self.arrays.UInt32(part) for part in parts]
+        return words[0] | (words[1] << 8) | (words[2] << 16) | (words[3] << 24)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.backend import Backend
-from sensor.colours import Colours
+from sensor.colours import CHANNELS, Colours
 from sensor.planes import Planes
 from sensor.protocol import Shot
 
@@ -161,12 +161,17 @@ class Signal:
             return figure
         if figure.uniform:
             return figure.R
-        values = self.backend.tensor([figure.R, figure.G, figure.B])
         if self.coloured:
+            values = self.backend.tensor([figure.R, figure.G, figure.B])
             return self.backend.arrays.TensorXf(values.array, (1, 1, 1, 3))
-        # a slice of the numbers would have them made now, and break the kernel in two
-        flat = dr.gather(type(values.array), values.array, self.colour_of_pixel(frames=1))
-        return self.backend.arrays.TensorXf(flat, (1, *self.shape[1:]))
+        # choosing afresh in every frame costs a fused kernel less than reading one frame's choice
+        frames = self.shape[0] if self.backend.jit else 1
+        colour = self.colour_of_pixel(frames)
+        # data, so that a new figure compiles nothing
+        number = dr.array_t(self.backend.arrays.TensorXf)
+        red, green, blue = (dr.opaque(number, figure[name]) for name in CHANNELS)
+        flat = dr.select(colour == 0, red, dr.select(colour == 1, green, blue))
+        return self.backend.arrays.TensorXf(flat, (frames, *self.shape[1:]))
 
     def numpy(self) -> NDArray[np.float32]:
         """The numbers as a NumPy array with its frame axis at full length F."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
 
 from sensor.effect import Effect, Stage
-from sensor.neighbours import Neighbours
+from sensor.neighbours import Runs
 from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -31,26 +31,29 @@ class Demosaic(Effect):
     reference: ClassVar[str] = "Irie et al., equations (4) to (7)"
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        beside = Neighbours(signal)
-        centre = beside.flat
-        across = (beside.flat_at(0, -1) + beside.flat_at(0, 1)) * 0.5
-        down = (beside.flat_at(-1, 0) + beside.flat_at(1, 0)) * 0.5
-        # the mean of the four diagonal ones is the mean of what lies across, above and below
-        above = Neighbours(signal.replace(beside.tensor(across, signal.shape)))
-        diagonal = (above.flat_at(-1, 0) + above.flat_at(1, 0)) * 0.5
-        candidates = (centre, across, down, (across + down) * 0.5, diagonal)
-
-        phase = (beside.row & 1) * 2 + (beside.column & 1)
-        colours = []
-        for sources in _sources(signal.format.cfa):
-            plane = candidates[sources[0]]
-            for k in (1, 2, 3):
-                plane = dr.select(phase == k, candidates[sources[k]], plane)
-            colours.append(plane)
-        red, green, blue = colours
-        f, height, width = signal.shape
+        runs = Runs(signal)
+        above, here, below = (runs.line(dy) for dy in (-1, 0, 1))
+        odd_row = (runs.row & 1) == 1
+        sources = _sources(signal.format.cfa)
+        colours: tuple[list[Any], ...] = ([], [], [])
+        for k in range(runs.length):
+            across, across_above, across_below = (
+                (line[k] + line[k + 2]) * 0.5 for line in (here, above, below)
+            )
+            down = (above[k + 1] + below[k + 1]) * 0.5
+            diagonal = (across_above + across_below) * 0.5
+            candidates = (here[k + 1], across, down, (across + down) * 0.5, diagonal)
+            odd_column = runs.odd_column(k)
+            for columns, by_phase in zip(colours, sources, strict=True):
+                at = [candidates[source] for source in by_phase]
+                even = dr.select(odd_column, at[1], at[0])
+                columns.append(dr.select(odd_row, dr.select(odd_column, at[3], at[2]), even))
         return signal.replace(
-            Planes(colours=(red, green, blue), shape=(f, height, width, 3), kind=beside.tensor)
+            Planes(
+                colours=tuple(tuple(columns) for columns in colours),
+                shape=(*signal.shape, 3),
+                arrays=signal.backend.arrays,
+            )
         )
 
 
