@@ -195,16 +195,17 @@ def write_capture(
     """
     kind = PIXELS[camera.pixels][1]
     for shot in protocol.shot:
-        stack = np.lib.format.open_memmap(
-            folder / f"{shot.label}.npy", mode="w+", dtype=kind, shape=stack_shape(camera, shot)
-        )
-        filled = 0
-        for batch in take(camera, shot, rates, seed=seed, where=where):
-            stack[filled : filled + len(batch)] = batch
-            filled += len(batch)
-            progress(len(batch))
-        stack.flush()
-        del stack
+        header = {
+            "descr": np.lib.format.dtype_to_descr(np.dtype(kind)),
+            "fortran_order": False,
+            "shape": stack_shape(camera, shot),
+        }
+        # written, not mapped: a mapped file counts as memory of the process until it is closed
+        with (folder / f"{shot.label}.npy").open("wb") as file:
+            np.lib.format.write_array_header_1_0(file, header)
+            for batch in take(camera, shot, rates, seed=seed, where=where):
+                file.write(np.ascontiguousarray(batch, dtype=kind).data)
+                progress(len(batch))
     write_manifest(folder, manifest_of(camera, protocol, scene, panels, rate_files or {}))
 
 
