@@ -153,6 +153,7 @@ def usage(error: click.UsageError) -> InputError:
         )
     if isinstance(error, click.MissingParameter):
         name = error.param.human_readable_name if error.param else "an argument"
+        name = error.param.opts[0] if isinstance(error.param, click.Option) else name
         return InputError(f"'{path}' without {name}", f"expected {name}", look)
     if isinstance(error, click.BadParameter) and error.param is not None:
         name = error.param.opts[0] if isinstance(error.param, click.Option) else ""

@@ -8,6 +8,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from foundation.errors import OutputError
@@ -102,5 +103,8 @@ def write_checksums(folder: Path) -> None:
     """Write `SHA256SUMS` for every file below a folder, lists of its subfolders among them."""
     own = folder / CHECKSUMS
     files = sorted(p for p in folder.rglob("*") if p.is_file() and p != own)
-    lines = [f"{sha256(p)}  {p.relative_to(folder).as_posix()}\n" for p in files]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        sums = list(pool.map(sha256, files))
+    pairs = zip(sums, files, strict=True)
+    lines = [f"{found}  {path.relative_to(folder).as_posix()}\n" for found, path in pairs]
     own.write_text("".join(lines), encoding="utf-8")

@@ -138,6 +138,8 @@ def _fits(path: Path) -> NDArray[Any]:
         header = file[0].header
         _check_size(path, (header.get("NAXIS1", 0), header.get("NAXIS2", 0)))
         values = np.asarray(file[0].data)
+    if values.ndim == 4 and values.shape[1] == 3 != values.shape[3]:
+        values = np.moveaxis(values, 1, 3)  # FITS has colours before rows
     return values.astype(values.dtype.newbyteorder("="))
 
 

@@ -1,0 +1,67 @@
+"""`camtruth export`: a capture in another program's format, with its truth beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from camtruth import options, terminal
+
+
+@click.command()
+@click.argument("capture", type=click.Path(path_type=Path))
+@click.option(
+    "--format",
+    "format_name",
+    required=True,
+    metavar="NAME",
+    help="png, tiff, tiff-pages, dng, fits, npy, zarr, ffv1, emva1288 or exr.",
+)
+@click.option(
+    "--licence",
+    "--license",
+    metavar="SPDX",
+    help="Licence of the frames; CC0-1.0 for simulated ones, to be told for real ones.",
+)
+@options.out("export")
+@options.as_json
+def command(
+    capture: Path,
+    format_name: str,
+    licence: str | None,
+    out: Path,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """CAPTURE in the format of another program.
+
+    With frames.csv, truth.json, the rate images, maps of what is known of every pixel, a licence,
+    a dataset card (Croissant) and checksums: a reader needs nothing of camtruth.
+    """
+    from camtruth.exchange import export as exchange
+    from foundation.output import new_folder, refuse_taken
+
+    refuse_taken(out, overwrite=overwrite)
+    source, chosen, named = exchange.prepare(capture, format_name, licence)
+    frames = sum(stack.count for stack in source.capture.frames)
+    with (
+        new_folder(out, overwrite=overwrite) as folder,
+        terminal.progress(f"writing {chosen.name}", frames) as advance,
+    ):
+        made = exchange.export(folder, source, chosen, named, progress=advance)
+    if as_json:
+        terminal.print_json(
+            {
+                "format": "camtruth-export/1",
+                "out": str(out),
+                "frames_as": chosen.name,
+                "frames": made.frames,
+                "files": made.files,
+                "maps": list(made.maps),
+                "licence": named,
+            }
+        )
+        return
+    click.echo(f"{out}: {made.frames} frames in {made.files} files, {chosen.says}")
+    click.echo(f"Check it with: camtruth verify {out}")

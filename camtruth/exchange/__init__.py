@@ -1,0 +1,1 @@
+"""Captures out to other programs and in from them, with truth, checksums and a dataset card."""
