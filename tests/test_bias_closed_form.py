@@ -13,6 +13,8 @@ from analysis.bias.demosaic import detrended_variance, site_factors
 from analysis.bias.prediction import Make, predict
 from analysis.bias.rounding import rounded, sample_sd_factor
 from analysis.bias.technique import PRINTED, REPAIRED, parameters
+from analysis.bias.two_noises import two_noises
+from analysis.estimators.panel_noise import combine, measure_panel
 from tests.harness import assert_agree
 
 DRAWS = 400_000
@@ -67,6 +69,14 @@ def test_the_column_fit_takes_more_of_demosaiced_noise_than_of_white_noise(chann
     kept = detrended_variance(channel, 50, 50, demosaiced=True)
     before = float(np.mean(site_factors(channel, demosaiced=True) ** 2))
     assert kept < white * before
+
+
+def test_the_lean_measure_is_the_estimators_own():
+    rng = np.random.default_rng(7)
+    stacks = [np.rint(rng.normal(90, 2, (12, 20, 25))).astype(np.uint8) for _ in range(2)]
+    whole = combine(tuple(measure_panel(stack, 255) for stack in stacks))
+    expected = whole.mean_dn, whole.temporal_dn, whole.spatial_dn
+    assert two_noises(stacks) == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_technique_with_nothing_exchanged_is_the_estimator(small_seen):

@@ -21,7 +21,7 @@ TECHNIQUES = {"printed": PRINTED, "repaired": REPAIRED}
     "setting",
     [
         Setting(frames=40),
-        Setting(frames=10, black_dn=20.0, demosaic=False, even_light=True),
+        Setting(frames=10, black_dn=20.0, demosaic=False, gradient=0.0),
         Setting(frames=20, size_px=30, step_dn=1 / 16, read_dn=2.0, fpn_dn=0.4),
     ],
     ids=lambda setting: setting.slug[:20],

@@ -9,10 +9,15 @@ import argparse
 import datetime
 import json
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from analysis.bias import causes, sweeps
 from analysis.bias.coverage import bench, rows, scaled, trip
+from analysis.bias.experiment import run_cell
+from analysis.bias.setting import Setting
+from analysis.bias.technique import Technique
 from foundation.jobs import run
 from foundation.output import new_file
 
@@ -23,7 +28,7 @@ RESULTS = Path("docs/results")
 def main() -> None:
     """Run what the words ask for, and write the figures that the page shows."""
     parser = argparse.ArgumentParser(prog="python -m analysis.bias", description=__doc__)
-    parser.add_argument("what", choices=["coverage"])
+    parser.add_argument("what", choices=["coverage", "cells"])
     parser.add_argument("--camera", default="i400")
     parser.add_argument("--raw", action="store_true")
     parser.add_argument("--seeds", type=int, default=2000)
@@ -31,7 +36,7 @@ def main() -> None:
     parser.add_argument("--scheduler")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
-    coverage(options)
+    {"coverage": coverage, "cells": cells}[options.what](options)
 
 
 def coverage(options: argparse.Namespace) -> None:
@@ -58,6 +63,28 @@ def coverage(options: argparse.Namespace) -> None:
     )
     found = rows(shared, list(results.values()))
     publish(name, {"seeds": options.seeds, "rows": [scaled(row) for row in found]})
+
+
+def cells(options: argparse.Namespace) -> None:
+    """Every cell of the bias page: causes switched off alone, and sweeps."""
+    settings = causes.settings() | sweeps.all_settings()
+    results = run(
+        cell,
+        settings,
+        shared=(options.seeds, causes.techniques()),
+        scheduler=options.scheduler,
+        threads=options.threads,
+        journal=RUNS / "cells.jsonl",
+        question=f"cells of {options.seeds} bodies by {sorted(causes.techniques().items())!r}",
+        progress=lambda done: print(f"cells: {done} more of {len(settings)}", flush=True),
+    )
+    publish("cells", {"seeds": options.seeds, "cells": results})
+
+
+def cell(shared: tuple[int, Mapping[str, Technique]], setting: Setting) -> dict[str, Any]:
+    """One cell."""
+    seeds, techniques = shared
+    return run_cell(setting, range(seeds), techniques)
 
 
 def publish(name: str, document: dict[str, Any]) -> None:

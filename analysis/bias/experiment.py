@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from analysis.bias.prediction import Make, Seen, predict
 from analysis.bias.setting import KEYS, Setting, light, truth
 from analysis.bias.technique import PRINTED, Technique, parameters
-from analysis.estimators.panel_noise import combine, measure_panel
+from analysis.bias.two_noises import two_noises
 from analysis.parameters import NoiseParameters
 from foundation.panel import Panel
 from scenes.geometry import analysis_panels
@@ -39,29 +39,24 @@ def measure(setting: Setting, seed: int) -> dict[str, list[Seen]]:
     """Every panel of every shot of one body by channel, in steps."""
     panels = analysis_panels(load_scene("chart"), size_px=setting.size_px)
     camera, rates, moved = panels_only(setting.made(), light(), panels)
-    if setting.even_light:
-        rates = {lamp: _evened(rate, moved) for lamp, rate in rates.items()}
+    rates = {lamp: _sloped(rate, moved, setting.gradient) for lamp, rate in rates.items()}
     seen: dict[str, list[Seen]] = {c: [] for c in CHANNELS}
     for shot in setting.protocol().shot:
         codes = _codes(camera.with_body(seed), shot, rates, seed, setting)
         for panel in moved:
             for channel in CHANNELS:
-                found = combine(
-                    tuple(
-                        measure_panel(stack, round(255 / setting.step_dn))
-                        for stack in _lattices(codes, camera, panel, channel)
-                    )
-                )
+                stacks = _lattices(codes, camera, panel, channel)
+                mean, temporal, spatial = two_noises(stacks)
                 seen[channel].append(
                     Seen(
                         shot=shot.label,
                         dark=shot.dark,
                         exposure_s=shot.exposure_s,
-                        frames=found.frames,
-                        rows=found.rows,
-                        mean_dn=found.mean_dn,
-                        temporal_dn=found.temporal_dn,
-                        spatial_dn=found.spatial_dn,
+                        frames=shot.frames,
+                        rows=stacks[0].shape[1],
+                        mean_dn=mean,
+                        temporal_dn=temporal,
+                        spatial_dn=spatial,
                     )
                 )
     return seen
@@ -78,8 +73,11 @@ def _codes(
     for frames in batches(camera, shot):
         signal = simulate(camera, shot, rates, seed=seed, frames=frames, until=Quantity.DN)
         steps = np.rint(signal.numpy() / setting.step_dn)
-        parts.append(np.clip(steps, 0, round(255 / setting.step_dn)).astype(np.uint16))
-    return np.concatenate(parts)
+        codes = np.clip(steps, 0, round(255 / setting.step_dn)).astype(np.uint16)
+        if codes.ndim == 4:  # a plane for each colour, which panels are cut out of faster
+            codes = np.ascontiguousarray(np.moveaxis(codes, -1, 0))
+        parts.append(codes)
+    return np.concatenate(parts, axis=-3)
 
 
 def _lattices(
@@ -87,19 +85,23 @@ def _lattices(
 ) -> list[NDArray[np.uint16]]:
     rows, columns = panel.window
     if codes.ndim == 4:
-        return [codes[:, rows, columns, "RGB".index(channel)]]
+        return [codes["RGB".index(channel)][:, rows, columns]]
     sites = [(k // 2, k % 2) for k in range(4) if camera.cfa[k] == channel]
     area = codes[:, rows, columns]
     return [area[:, (i - panel.y) % 2 :: 2, (j - panel.x) % 2 :: 2] for i, j in sites]
 
 
-def _evened(rate: NDArray[np.float32], panels: Sequence[Panel]) -> NDArray[np.float32]:
-    """Light without its gradient: each panel, margin included, at the panel's mean."""
-    even = rate.copy()
+def _sloped(
+    rate: NDArray[np.float32], panels: Sequence[Panel], gradient: float
+) -> NDArray[np.float32]:
+    """Light whose slope within each panel, margin included, is `gradient` times the lamp's."""
+    changed = rate.copy()
     width = rate.shape[1] // len(panels)
     for k, panel in enumerate(panels):
-        even[:, k * width : (k + 1) * width] = rate[panel.window].mean(axis=(0, 1))
-    return even
+        own = rate[:, k * width : (k + 1) * width]
+        even = rate[panel.window].mean(axis=(0, 1))
+        changed[:, k * width : (k + 1) * width] = even + np.float32(gradient) * (own - even)
+    return np.maximum(changed, 0.0)
 
 
 def predicted(setting: Setting, seen: Mapping[str, Sequence[Seen]]) -> dict[str, list[Seen]]:
@@ -128,7 +130,7 @@ def predicted(setting: Setting, seen: Mapping[str, Sequence[Seen]]) -> dict[str,
                 exposure_s=s.exposure_s,
                 frames=s.frames,
                 size_px=s.rows,
-                gradient=not setting.even_light,
+                gradient=setting.gradient > 0,
             )
             for s in own
         ]

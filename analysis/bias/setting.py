@@ -36,8 +36,10 @@ class Setting:
         black_dn, read_dn, fpn_dn: in place of the camera's, in all channels.
         step_dn: step of rounding; 2^-k for k more bits.
         demosaic: without it the native sites of each colour are measured.
-        even_light: without, the lamp's gradient stays.
+        gradient: of the light within a panel, relative to the lamp's; 0 is even light.
+        blur_px: further defocus.
         level: of the lamps, relative.
+        exposure: of all shots, relative.
     """
 
     camera: str = "i400"
@@ -48,8 +50,10 @@ class Setting:
     fpn_dn: float | None = None
     step_dn: float = 1.0
     demosaic: bool = True
-    even_light: bool = False
+    gradient: float = 1.0
+    blur_px: float | None = None
     level: float = 1.0
+    exposure: float = 1.0
 
     @property
     def slug(self) -> str:
@@ -69,6 +73,7 @@ class Setting:
         for effect, value in (
             ("read_noise.thermal_dn", self.read_dn),
             ("fpn.sigma_dn", self.fpn_dn),
+            ("defocus_error.diameter_px", self.blur_px),
         ):
             camera = camera if value is None else with_setting(camera, f"{effect}={value}")
         return camera if self.demosaic else camera.without(Demosaic)
@@ -78,7 +83,10 @@ class Setting:
         paper = load_protocol("paper")
         shots = [
             dataclasses.replace(
-                shot, frames=self.frames, level=tuple(x * self.level for x in shot.level)
+                shot,
+                frames=self.frames,
+                level=tuple(x * self.level for x in shot.level),
+                exposure_s=shot.exposure_s * self.exposure,
             )
             for shot in paper.shot
         ]

@@ -33,8 +33,10 @@ class Technique:
         exact_rounding: variance 1/12 is taken off instead of the curves of N_Q, whose fixed
             patterns are rounded without the noise in time that stirs them.
         step_variance: what `exact_rounding` takes off; 0 for frames that were never rounded.
-        exact_demosaic: rounding and N_D site by site of the demosaic in time, and by exact degrees
-            of freedom in space, instead of Table V.
+        exact_sites: N_D and rounding in time site by site of the demosaic, whose SDs differ,
+            instead of Table V's mean.
+        exact_freedom: N_D in space by the degrees of freedom that column fits leave of correlated
+            noise, instead of Table V.
         above_black: noise against mean less black level instead of against the mean.
     """
 
@@ -42,7 +44,8 @@ class Technique:
     less_residual: bool = False
     exact_rounding: bool = False
     step_variance: float = STEP_VARIANCE
-    exact_demosaic: bool = False
+    exact_sites: bool = False
+    exact_freedom: bool = False
     above_black: bool = False
 
 
@@ -51,7 +54,8 @@ REPAIRED = Technique(
     variances=True,
     less_residual=True,
     exact_rounding=True,
-    exact_demosaic=True,
+    exact_sites=True,
+    exact_freedom=True,
     above_black=True,
 )
 """Every step exchanged."""
@@ -106,7 +110,7 @@ def parameters(
 def corrected(s: Seen, kind: Kind, channel: str, demosaiced: bool, technique: Technique) -> float:
     """A noise before rounding and demosaic, N_Q and N_D taken off."""
     free = detrended_variance("G", s.rows, s.rows, demosaiced=False)
-    if kind == "temporal" and demosaiced and technique.exact_demosaic:
+    if kind == "temporal" and demosaiced and technique.exact_sites:
         return _site_by_site(s, site_factors(channel, demosaiced=True), technique)
     measured = s.temporal_dn if kind == "temporal" else s.spatial_dn
     if technique.exact_rounding:
@@ -123,7 +127,7 @@ def corrected(s: Seen, kind: Kind, channel: str, demosaiced: bool, technique: Te
         return before / (N_D[kind][channel] if demosaiced else 1.0)
     whole = math.sqrt(detrended_variance(channel, s.rows, s.rows, demosaiced=demosaiced))
     n_d = whole / math.sqrt(free)
-    if demosaiced and not technique.exact_demosaic:
+    if demosaiced and not technique.exact_freedom:
         n_d = N_D[kind][channel]
     return before / (n_d if fit_taken else n_d * math.sqrt(free))
 
