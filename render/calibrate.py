@@ -19,7 +19,8 @@ from scipy.optimize import root
 from render import closed_form
 from render.errors import RenderError
 from scenes.geometry import panel_rectangles, project
-from scenes.scene import Filter, Lamp, Scene
+from scenes.lamp import Filter, Lamp
+from scenes.scene import Scene
 from scenes.spectra import CHANNELS
 
 

@@ -24,22 +24,30 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
-from scenes.geometry import panel_rectangles, panels
-from scenes.lamps import emission
-from scenes.scene import Lamp, Lens, Scene
-from scenes.spectra import CHANNELS, Spectrum, reflectances, response
+from scenes.geometry import panels, turn
+from scenes.imaging import chief_rays
+from scenes.lamp import Lamp
+from scenes.lamps import axes, emission, relative_intensity
+from scenes.lens import Lens
+from scenes.patches import patches
+from scenes.scene import Scene
+from scenes.spectra import CHANNELS, Spectrum, response
 
 Array = NDArray[np.float64]
 
 PLANCK_J_S = 6.62607015e-34
 LIGHT_SPEED_M_PER_S = 299792458.0
 GAUSS_POINT, GAUSS_WEIGHT = np.polynomial.legendre.leggauss(3)
+TUBE_POINTS, DISK_RINGS, DISK_SPOKES = 16, 5, 12
+UP = np.array([0.0, 0.0, 1.0])
+"""The direction that an upright chart faces."""
 
 
 def electrons_per_joule(quantum_efficiency: Array, nm: Array) -> Array:
@@ -63,26 +71,100 @@ def spectral_integral(
     return float((half * GAUSS_WEIGHT * integrand).sum())
 
 
-def pixel_points(scene: Scene) -> tuple[Array, Array]:
-    """Where the chief ray of each pixel's centre meets the chart: x (1, W) and y (H, 1) in m."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sight:
+    """What each pixel looks at, arrays that broadcast to (H, W).
+
+    Attributes:
+        radius_m: distance of the pixel from the centre of the detector.
+        slope: of its chief ray.
+        x_m, y_m, z_m: where that meets the plane of the chart, in space.
+        card_x_m, card_y_m: the same on the card, which may be tilted.
+    """
+
+    radius_m: Array
+    slope: Array
+    x_m: Array
+    y_m: Array
+    z_m: Array
+    card_x_m: Array
+    card_y_m: Array
+
+
+def sight(scene: Scene) -> Sight:
+    """Where the chief ray of each pixel's centre meets the plane of the chart."""
     detector = scene.detector
-    scale = detector.pitch_um * 1e-6 * scene.camera_distance_m / scene.lens.image_distance_m
-    columns = np.arange(detector.width_px, dtype=np.float64) - (detector.width_px - 1) / 2
-    rows = (detector.height_px - 1) / 2 - np.arange(detector.height_px, dtype=np.float64)
-    return np.asarray(columns * scale)[None, :], np.asarray(rows * scale)[:, None]
+    pitch_m = detector.pitch_um * 1e-6
+    u_m = ((np.arange(detector.width_px) - (detector.width_px - 1) / 2) * pitch_m)[None, :]
+    v_m = (((detector.height_px - 1) / 2 - np.arange(detector.height_px)) * pitch_m)[:, None]
+    radius_m = np.hypot(u_m, v_m)
+    crossing_m, slope = chief_rays(scene, radius_m)
+    # The slope over the radius is smooth where the radius is 0.
+    per_m = np.divide(slope, radius_m, out=np.full_like(slope, np.nan), where=radius_m > 0)
+    per_m = np.where(radius_m > 0, per_m, 1 / scene.lens.image_distance_m)
+    to_space = turn(scene)
+    facing = to_space[:, 2]
+    reach_m = crossing_m * facing[2] / (facing[2] - per_m * (facing[0] * u_m + facing[1] * v_m))
+    x_m, y_m = per_m * u_m * reach_m, per_m * v_m * reach_m
+    z_m = crossing_m - reach_m
+    return Sight(
+        radius_m=radius_m,
+        slope=slope,
+        x_m=x_m,
+        y_m=y_m,
+        z_m=z_m,
+        card_x_m=to_space[0, 0] * x_m + to_space[1, 0] * y_m + to_space[2, 0] * z_m,
+        card_y_m=to_space[0, 1] * x_m + to_space[1, 1] * y_m + to_space[2, 1] * z_m,
+    )
 
 
-def irradiance_factor(lamp: Lamp, x_m: Array, y_m: Array) -> Array:
-    """cos(theta) / R^2 of a point lamp on the plane z = 0, in 1/m2."""
-    lamp_x, lamp_y, lamp_z = lamp.position_m
-    squared = (x_m - lamp_x) ** 2 + (y_m - lamp_y) ** 2 + lamp_z**2
-    return np.asarray(lamp_z * squared**-1.5)
+def lamp_points(lamp: Lamp) -> tuple[Array, Array]:
+    """Points of a lamp (Q, 3) in m and their weights (Q,), which sum to 1, for quadrature.
+
+    Gauss-Legendre along a tube and in the squared radius of a disk, even steps around it: what a
+    point as near as a lamp's own diameter sees of it is then right to 1e-5.
+    """
+    middle = np.array(lamp.position_m)
+    if lamp.kind == "tube":
+        assert lamp.length_m is not None
+        at, weight = np.polynomial.legendre.leggauss(TUBE_POINTS)
+        along = np.array(lamp.axis) / np.linalg.norm(lamp.axis)
+        return middle + np.outer(at * lamp.length_m / 2, along), weight / 2
+    if lamp.kind == "disk":
+        assert lamp.diameter_m is not None
+        at, weight = np.polynomial.legendre.leggauss(DISK_RINGS)
+        radius_m = lamp.diameter_m / 2 * np.sqrt((at + 1) / 2)
+        angle = (np.arange(DISK_SPOKES) + 0.5) * 2 * np.pi / DISK_SPOKES
+        x_m, y_m = (np.outer(radius_m, way(angle)).ravel() for way in (np.cos, np.sin))
+        weights = np.repeat(weight / 2 / DISK_SPOKES, DISK_SPOKES)
+        return middle + np.stack([x_m, y_m], axis=1) @ axes(lamp)[:2], weights
+    return middle[None, :], np.ones(1)
 
 
-def natural_falloff(scene: Scene, x_m: Array, y_m: Array) -> Array:
-    """cos^4 of the angle between the chief ray and the optical axis."""
-    distance = scene.camera_distance_m
-    return np.asarray((distance**2 / (distance**2 + x_m**2 + y_m**2)) ** 2)
+def irradiance_factor(
+    lamp: Lamp, x_m: Array, y_m: Array, z_m: Array | float = 0.0, facing: Array = UP
+) -> Array:
+    """Irradiance over intensity at points of a surface, in 1/m2: cos(theta) / R^2 of a point.
+
+    Of a lamp of some size the mean of that over the lamp, each part weighted by how it shines in
+    that direction.
+    """
+    total: Array = np.zeros(np.broadcast_shapes(np.shape(x_m), np.shape(y_m), np.shape(z_m)))
+    for point, weight in zip(*lamp_points(lamp), strict=True):
+        away = (x_m - point[0], y_m - point[1], z_m - point[2])
+        squared = away[0] ** 2 + away[1] ** 2 + away[2] ** 2
+        cosine = -(away[0] * facing[0] + away[1] * facing[1] + away[2] * facing[2])
+        shining: Array | float = 1.0
+        if lamp.kind != "point" or lamp.ies is not None:
+            directions = np.stack(np.broadcast_arrays(*away), axis=-1)
+            shining = relative_intensity(lamp, directions / np.sqrt(squared)[..., None])
+        total = total + weight * shining * np.maximum(cosine, 0.0) * squared**-1.5
+    return total
+
+
+def natural_falloff(slope: Array) -> Array:
+    """cos^4 of the angle between the chief ray and the optical axis, from its slope."""
+    return np.asarray((1 + slope**2) ** -2)
 
 
 def circle_overlap(radius_a: float, radius_b: float, separation: Array) -> tuple[Array, Array]:
@@ -105,7 +187,7 @@ def circle_overlap(radius_a: float, radius_b: float, separation: Array) -> tuple
     return area, np.where(within, 0.0 if a <= b else separation, centroid)
 
 
-def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> tuple[Array, Array]:
+def open_aperture(scene: Scene, slope: Array, z_m: Array | float = 0.0) -> tuple[Array, Array]:
     """The part of the aperture that the barrel leaves open for each pixel, and, on the chart,
     the factor by which the centroid of the light lies nearer to the optical axis.
 
@@ -114,14 +196,15 @@ def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> tuple[Array, Array]:
     A ray through the point a of the aperture meets the chart (1 - d/u) a off the chief ray.
     """
     lens: Lens = scene.lens
-    radius = np.hypot(x_m, y_m)
     if lens.barrel is None:
-        return np.ones_like(radius), np.ones_like(radius)
+        return np.ones_like(slope), np.ones_like(slope)
     near = lens.barrel.distance_mm * 1e-3 / lens.focus_distance_m
-    beyond = scene.camera_distance_m / lens.focus_distance_m
-    shift = radius / beyond * near / (1 - near)
+    distance_m = scene.camera_distance_m - z_m
+    beyond = distance_m / lens.focus_distance_m
+    shift = slope * lens.focus_distance_m * near / (1 - near)
     aperture = lens.aperture_radius_m
     shared, centroid = circle_overlap(aperture, lens.barrel.radius_mm * 1e-3 / (1 - near), shift)
+    radius = slope * distance_m
     moved = np.divide((1 - beyond) * -centroid, radius, out=np.zeros_like(radius), where=radius > 0)
     return np.asarray(shared / (np.pi * aperture**2)), np.asarray(1 + moved)
 
@@ -129,9 +212,10 @@ def open_aperture(scene: Scene, x_m: Array, y_m: Array) -> tuple[Array, Array]:
 def material_rates(
     scene: Scene, lamp: Lamp, response_curves: Mapping[str, Spectrum] | None = None
 ) -> Array:
-    """Spectral integrals (26, 3) of the panels, then the card and the wall, in e-/(s sr)."""
-    light, curves = emission(lamp), response_curves or response(scene.detector.response)
-    materials: list[Spectrum | float] = [*reflectances(scene.chart.reflectances)]
+    """Spectral integrals of the panels, then the card and the wall, (N + 2, 3) in e-/(s sr)."""
+    light = emission(lamp)
+    curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
+    materials: list[Spectrum | float] = [patch.reflectance for patch in patches(scene.chart)]
     materials += [scene.chart.frame_reflectance, scene.surround_reflectance]
     peak = scene.detector.peak_quantum_efficiency
     return np.array(
@@ -139,16 +223,32 @@ def material_rates(
     )
 
 
-def material_map(scene: Scene, x_m: Array, y_m: Array) -> NDArray[np.intp]:
-    """Which material each pixel's chief ray meets: 0 to 23 the panels, 24 the card, 25 the wall."""
+def material_map(scene: Scene, seen: Sight) -> NDArray[np.intp]:
+    """Which material each pixel's chief ray meets, by its place in `material_rates`."""
+    x_m, y_m = np.broadcast_arrays(seen.card_x_m, seen.card_y_m)
     half_width, half_height = scene.chart.width_m / 2, scene.chart.height_m / 2
+    known = patches(scene.chart)
     on_card = (np.abs(x_m) <= half_width) & (np.abs(y_m) <= half_height)
-    result = np.where(on_card, 24, 25).astype(np.intp)
-    for index, where in enumerate(panel_rectangles(scene).values()):
-        columns = (where.left_m <= x_m) & (x_m <= where.right_m)
-        rows = (where.bottom_m <= y_m) & (y_m <= where.top_m)
-        result[columns & rows] = index
+    result = np.where(on_card, len(known), len(known) + 1).astype(np.intp)
+    for index, patch in enumerate(known):
+        angle = np.radians(patch.angle_deg)
+        across, up = x_m - patch.x_m, y_m - patch.y_m
+        if angle:
+            turned = across * np.cos(angle) - up * np.sin(angle)
+            across, up = turned, across * np.sin(angle) + up * np.cos(angle)
+        inside = (np.abs(across) <= patch.half_width_m) & (np.abs(up) <= patch.half_height_m)
+        result[inside] = index
     return result
+
+
+def detector_factor(scene: Scene, seen: Sight) -> tuple[Array, Array]:
+    """From radiance to power on a pixel in m2 sr, and where the centroid of its light lies."""
+    lens = scene.lens
+    solid_angle_sr = np.pi * lens.aperture_radius_m**2 / lens.image_distance_m**2
+    open_part, moved = open_aperture(scene, seen.slope, seen.z_m)
+    pixel_m2 = (scene.detector.pitch_um * 1e-6) ** 2
+    power = lens.transmission * solid_angle_sr * natural_falloff(seen.slope) * open_part * pixel_m2
+    return power, moved
 
 
 def render(
@@ -162,20 +262,12 @@ def render(
         SceneError: for a lamp that the scene does not have.
     """
     source = scene.named(lamp) if isinstance(lamp, str) else lamp
-    x_m, y_m = pixel_points(scene)
-    lens = scene.lens
-    solid_angle_sr = np.pi * lens.aperture_radius_m**2 / lens.image_distance_m**2
-    open_part, moved = open_aperture(scene, x_m, y_m)
-    detector_factor = (
-        lens.transmission
-        * solid_angle_sr
-        * natural_falloff(scene, x_m, y_m)
-        * open_part
-        * (scene.detector.pitch_um * 1e-6) ** 2
-    )
-    shading = irradiance_factor(source, x_m * moved, y_m * moved) / np.pi * detector_factor
+    seen = sight(scene)
+    power, moved = detector_factor(scene, seen)
+    lit = irradiance_factor(source, seen.x_m * moved, seen.y_m * moved, seen.z_m, turn(scene)[:, 2])
+    shading = lit / np.pi * power
     rates = material_rates(scene, source, response_curves)
-    rate = rates[material_map(scene, x_m, y_m)] * shading[..., None]
+    rate = rates[material_map(scene, seen)] * shading[..., None]
     header = RateHeader(
         scene=scene.name,
         lamp=source.name,

@@ -15,20 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import constants
 
-from scenes.geometry import PANEL_NAMES
+from scenes.lamp import Lamp
 from scenes.lamps import emission
-from scenes.scene import Lamp, Scene
-from scenes.spectra import BAND_NM, CHANNELS, Spectrum, reflectances, spectrum
+from scenes.patches import flat, patches
+from scenes.scene import Scene
+from scenes.spectra import BAND_NM, CHANNELS, Spectrum, spectrum
 
 Array = NDArray[np.float64]
 
 STEP_NM, FINE_STEP_NM = 1.0, 0.1
 """Grid of a film, and of the integrals: a product of tables at 5 nm is linear between the samples
 of the first to 1e-5, of the second to 1e-7."""
-BANDS_NM = {"B": (400.0, 500.0), "G": (500.0, 600.0), "R": (600.0, 700.0)}
+SPARE = "spare"
+BANDS_NM = {"B": (400.0, 475.0), "G": (475.0, 550.0), "R": (550.0, 625.0), SPARE: (625.0, 700.0)}
 GUARD_NM = 10.0
 """Where the bands of integrated colour lie, in rising order, and how far their films keep from
-the borders, where one reflectance passes into the next."""
+the borders, where one reflectance passes into the next.
+
+Mitsuba lets a path carry four wavelengths, a quarter of the film apart. With four bands of the same
+weight each path has one in every band, so that all channels share all luck; nobody looks at the
+fourth band.
+"""
 CARD, WALL = "card", "wall"
 
 
@@ -38,7 +45,8 @@ class Palette:
 
     Attributes:
         film_nm: an even grid of wavelengths.
-        film: response of each channel on that grid, any unit.
+        film: response of each channel on that grid, any unit; after R, G and B perhaps one that
+            nobody looks at.
         materials: reflectance by panel name, and of the card and the wall.
         white: for each channel, what a white plate under 1 sr of this lamp gives, in e-/(s sr):
             the true integral that stands behind the film's.
@@ -67,9 +75,9 @@ def _response(
 
 def _materials(scene: Scene) -> dict[str, Spectrum]:
     """The reflectances of the panels, the card and the wall."""
-    result = dict(zip(PANEL_NAMES, reflectances(scene.chart.reflectances), strict=True))
-    result[CARD] = spectrum(BAND_NM, [scene.chart.frame_reflectance] * 2)
-    result[WALL] = spectrum(BAND_NM, [scene.surround_reflectance] * 2)
+    result = {patch.name: patch.reflectance for patch in patches(scene.chart)}
+    result[CARD] = flat(scene.chart.frame_reflectance)
+    result[WALL] = flat(scene.surround_reflectance)
     return result
 
 
@@ -83,7 +91,7 @@ def sampled(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Palette
 
 
 def integrated(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Palette:
-    """Three bands, in each of which a material has its mean reflectance as that channel sees it.
+    """A band for each channel, in which a material has the mean reflectance that it sees.
 
     Exact for light that is reflected once: the channel is then linear in the reflectance.
     """
@@ -93,15 +101,17 @@ def integrated(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Pale
     materials = {}
     for name, curve in _materials(scene).items():
         nodes_nm, means = [], []
-        for channel, (low_nm, high_nm) in BANDS_NM.items():
+        for channel in reversed(CHANNELS):
+            low_nm, high_nm = BANDS_NM[channel]
             nodes_nm += [low_nm, high_nm - STEP_NM]
             means += [np.trapezoid(weight[channel] * curve.at(nm), nm) / white[channel]] * 2
-        materials[name] = spectrum(nodes_nm, means)
-    film_nm = np.arange(BANDS_NM["B"][0], BANDS_NM["R"][1] + STEP_NM, STEP_NM)
-    film = {
-        channel: ((low + GUARD_NM <= film_nm) & (film_nm <= high - GUARD_NM)).astype(np.float64)
-        for channel, (low, high) in BANDS_NM.items()
-    }
+        materials[name] = spectrum([*nodes_nm, *BANDS_NM[SPARE]], [*means, *means[-2:]])
+    film_nm = np.arange(BANDS_NM["B"][0], BANDS_NM[SPARE][1] + STEP_NM, STEP_NM)
+    film = {}
+    for channel in (*CHANNELS, SPARE):
+        low_nm, high_nm = BANDS_NM[channel]
+        inside = (low_nm + GUARD_NM <= film_nm) & (film_nm <= high_nm - GUARD_NM)
+        film[channel] = inside.astype(np.float64)
     return Palette(
         film_nm=film_nm,
         film=film,

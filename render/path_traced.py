@@ -28,6 +28,7 @@ This file alone imports mitsuba.
 
 from __future__ import annotations
 
+import functools
 import math
 import zlib
 from collections.abc import Callable, Mapping
@@ -38,15 +39,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.backend import backend
+from render import stage
 from render.batches import BATCHES, Sums, batches_needed, relative_noise
 from render.errors import RenderError
-from render.palette import CARD, WALL, Palette, integrated, sampled
-from render.pupil import open_fraction, ring_mesh
+from render.palette import Palette, integrated, sampled
+from render.pupil import open_fraction
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
-from scenes.geometry import Rectangle, blur_diameter_px, panel_rectangles, panels
-from scenes.scene import Lamp, Scene
-from scenes.spectra import BAND_NM, CHANNELS, Spectrum, response, spectrum
+from render.stage import MM_PER_M
+from scenes.geometry import panels
+from scenes.lamp import Lamp
+from scenes.scene import Scene
+from scenes.spectra import CHANNELS, Spectrum, response
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -59,14 +63,9 @@ __all__ = ["BATCHES", "SAMPLES", "render", "traced_open_fraction"]
 SAMPLES = 72
 """Light paths per pixel by default."""
 
-MM_PER_M = 1e3
-"""Mitsuba is given millimetres: its ray offsets scale with the size of coordinates above 1."""
-CARD_BEHIND_M, WALL_BEHIND_M = 0.3e-3, 2e-3
-"""The panels are glued on the card, and the card hangs on the wall."""
-BLACK = spectrum(BAND_NM, (0.0, 0.0))
-
 DIRECT_LIGHT = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
 """A point lamp cannot be met by chance, so that asking it once is all there is to do."""
+MOST_BOUNCES = 16
 
 
 def render(
@@ -78,7 +77,8 @@ def render(
     noise: float | None = None,
     progress: Progress | None = None,
     response_curves: Mapping[str, Spectrum] | None = None,
-    wavelengths: Wavelengths = "integrated",
+    bounces: int = 0,
+    wavelengths: Wavelengths | None = None,
     sampler: Sampler = "multijitter",
     witness: bool = True,
 ) -> RateImage:
@@ -93,23 +93,31 @@ def render(
             channel (root mean square over its pixels) is at most this.
         progress: called with (batches done, batches expected) after every batch.
         response_curves: R, G, B in place of the scene's, relative to the same peak efficiency.
+        bounces: how often light may be thrown back by booth, wall or chart before it reaches the
+            panel that the camera sees; 0 is direct light.
         wavelengths, sampler, witness: other ways to the same image, for comparison; without a
-            witness a batch is taken as it comes.
+            witness a batch is taken as it comes. Wavelengths are drawn from the second bounce on,
+            when light may meet two coloured panels.
 
     Raises:
         SceneError: for an unknown lamp.
-        RenderError: for a number of samples, a seed or a noise that cannot be.
+        RenderError: for a number of samples or bounces, a seed or a noise that cannot be.
     """
-    _refuse_numbers(samples, seed, noise)
+    _refuse_numbers(samples, seed, noise, bounces)
+    wavelengths = wavelengths or ("sampled" if bounces > 1 else "integrated")
     source = scene.named(lamp) if isinstance(lamp, str) else lamp
     mi.set_variant(VARIANTS[backend().name])
-    curves = dict(response_curves or response(scene.detector.response))
+    detector = scene.detector
+    curves = dict(response_curves or response(detector.response, detector.infrared_cut))
     palette = (integrated if wavelengths == "integrated" else sampled)(scene, source, curves)
 
-    per_batch = math.ceil(math.sqrt(samples / BATCHES)) ** 2
+    points = len(stage.lamp_points(scene, source)[1])
+    whole = backend().jit and bounces == 0
+    per_batch = _per_batch(samples, 1 if whole else points)
     sensor = _sensor(scene, palette, sampler)
-    chart = mi.load_dict(_chart(scene, source, palette, sensor))
-    witnessed = mi.load_dict(_witness(scene, sensor)) if witness else None
+    integrator = _integrator(bounces, points)
+    chart = _load(_lit_chart(scene, source, palette, sensor, integrator, bounces))
+    witnessed = _load(_witness(scene, sensor, integrator)) if witness else None
     area = np.array([np.trapezoid(palette.film[c], palette.film_nm) for c in CHANNELS])
     seen_open = open_fraction(scene) if witness else np.ones(())
     scale = (_detector_factor(scene) * seen_open)[..., None] * palette.white
@@ -130,7 +138,11 @@ def render(
     header = RateHeader(
         scene=scene.name,
         lamp=source.name,
-        optics={**optics(scene, f"mitsuba {mi.variant()}"), "wavelengths": wavelengths},
+        optics={
+            **optics(scene, f"mitsuba {mi.variant()}"),
+            "wavelengths": wavelengths,
+            "bounces": bounces,
+        },
         samples=sums.batches * per_batch,
         seed=seed,
         versions=versions(),
@@ -146,11 +158,13 @@ def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Arra
     It is the witness by itself, to be held against `pupil.open_fraction`: the ratio above would
     hide a ring of the wrong size.
     """
-    _refuse_numbers(samples, seed, None)
+    _refuse_numbers(samples, seed, None, 0)
     mi.set_variant(VARIANTS[backend().name])
-    palette = integrated(scene, scene.lamp[0], response(scene.detector.response))
-    witness = mi.load_dict(_witness(scene, _sensor(scene, palette, "multijitter")))
-    per_batch = math.ceil(math.sqrt(samples / BATCHES)) ** 2
+    detector = scene.detector
+    curves = response(detector.response, detector.infrared_cut)
+    palette = integrated(scene, scene.lamp[0], curves)
+    witness = _load(_witness(scene, _sensor(scene, palette, "multijitter"), DIRECT_LIGHT))
+    per_batch = _per_batch(samples, 1)
     area = sum(float(np.trapezoid(palette.film[c], palette.film_nm)) for c in CHANNELS)
     batches = [
         _image(witness, per_batch, _seed(seed, "barrel", number)).sum(axis=2) / area
@@ -159,7 +173,57 @@ def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Arra
     return np.mean(batches, axis=0), np.var(batches, axis=0, ddof=1) / BATCHES
 
 
-def _refuse_numbers(samples: int, seed: int, noise: float | None) -> None:
+def _integrator(bounces: int, points: int) -> dict[str, Any]:
+    """Direct light alone, or paths of so many bounces, none of them cut short at random.
+
+    A lamp of many points is asked in full by every path, but by Mitsuba's scalar variant, in which
+    a Python plugin would take minutes: there each path asks one of them.
+    """
+    if bounces == 0:
+        if points > 1 and backend().jit:
+            return {"type": _every_lamp()}
+        return DIRECT_LIGHT
+    return {"type": "path", "max_depth": 2 + bounces, "rr_depth": 1000}
+
+
+@functools.cache
+def _every_lamp() -> str:
+    """The name of an integrator for direct light that asks every lamp of the scene."""
+    import drjit as dr
+
+    class EveryLamp(mi.SamplingIntegrator):
+        """Direct light of all lamps, none left to chance; the glow of what is met besides."""
+
+        def sample(
+            self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
+        ) -> tuple[Any, Any, list[Any]]:
+            met = scene.ray_intersect(ray, active)
+            valid = active & met.is_valid()
+            light = mi.Spectrum(met.emitter(scene).eval(met, valid))
+            surface, context = met.bsdf(ray), mi.BSDFContext()
+            for lamp in scene.emitters():
+                if not mi.has_flag(lamp.flags(), mi.EmitterFlags.DeltaPosition):
+                    continue
+                towards, weight = lamp.sample_direction(met, mi.Point2f(0.5), valid)
+                asks = valid & dr.any(weight != 0)
+                hidden = scene.ray_test(met.spawn_ray_to(towards.p), asks)
+                seen = surface.eval(context, met, met.to_local(towards.d), asks)
+                light += dr.select(asks & ~hidden, weight * seen, 0)
+            return light, valid, []
+
+    mi.register_integrator("every_lamp", lambda properties: EveryLamp(properties))
+    return "every_lamp"
+
+
+def _per_batch(samples: int, points: int) -> int:
+    """Light paths per pixel and batch: a square number, and a multiple of the lamp's points."""
+    side = math.isqrt(points)
+    return (side * math.ceil(math.sqrt(samples / BATCHES) / side)) ** 2
+
+
+def _refuse_numbers(samples: int, seed: int, noise: float | None, bounces: int) -> None:
+    if not 0 <= bounces <= MOST_BOUNCES:
+        raise RenderError(f"{bounces} bounces", f"expected 0 to {MOST_BOUNCES}", "try 1")
     if not 1 <= samples <= 1_000_000:
         raise RenderError(f"{samples} samples", "expected 1 to 1000000 per pixel", f"try {SAMPLES}")
     if seed < 0:
@@ -178,7 +242,8 @@ def _seed(seed: int, lamp: str, batch: int) -> int:
 
 def _image(scene: Any, samples: int, word: int) -> Array:
     """One batch, (H, W, 3)."""
-    return np.array(mi.render(scene, spp=samples, seed=word), dtype=np.float64)
+    seen = np.array(mi.render(scene, spp=samples, seed=word), dtype=np.float64)
+    return seen[..., : len(CHANNELS)]
 
 
 def _detector_factor(scene: Scene) -> Array:
@@ -190,17 +255,6 @@ def _detector_factor(scene: Scene) -> Array:
     slant2 = 1 + (columns[None, :] ** 2 + rows[:, None] ** 2) / image_m**2
     on_axis = math.pi * (lens.aperture_radius_m / image_m) ** 2 * pitch_m**2 * lens.transmission
     return np.asarray(on_axis / slant2**2)
-
-
-def _curve(curve: Spectrum) -> dict[str, Any]:
-    """A spectrum in Mitsuba's words: linear between samples."""
-    if np.ptp(curve.value) == 0:  # Mitsuba refuses a table of zeros
-        return {"type": "uniform", "value": float(curve.value[0])}
-    return {
-        "type": "irregular",
-        "wavelengths": ", ".join(repr(float(x)) for x in curve.nm),
-        "values": ", ".join(repr(float(x)) for x in curve.value),
-    }
 
 
 def _even_curve(nm: Array, value: Array) -> dict[str, Any]:
@@ -225,8 +279,8 @@ def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
         "component_format": "float32",
         "rfilter": {"type": "box"},
     }
-    for channel in CHANNELS:
-        film[f"srf_{channel}"] = _even_curve(palette.film_nm, palette.film[channel])
+    for channel, values in palette.film.items():
+        film[f"srf_{channel}"] = _even_curve(palette.film_nm, values)
     return {
         "type": "thinlens",
         "fov": 2 * math.degrees(math.atan(half_width_m / lens.image_distance_m)),
@@ -235,15 +289,17 @@ def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
         "focus_distance": lens.focus_distance_m * MM_PER_M,
         "near_clip": nearest_mm / 10,
         "far_clip": 1e6,
-        "to_world": mi.ScalarTransform4f().look_at(
-            origin=[0, 0, scene.camera_distance_m * MM_PER_M], target=[0, 0, 0], up=[0, 1, 0]
+        "to_world": stage.look_at(
+            np.array([0.0, 0.0, scene.camera_distance_m * MM_PER_M]),
+            np.zeros(3),
+            np.array([0.0, 1.0, 0.0]),
         ),
         "film": film,
         "sampler": {"type": sampler},
     }
 
 
-def _witness(scene: Scene, sensor: dict[str, Any]) -> dict[str, Any]:
+def _witness(scene: Scene, sensor: dict[str, Any], integrator: dict[str, Any]) -> dict[str, Any]:
     """Nothing but the lens, its barrel and a black wall that glows with radiance 1 at all
     wavelengths.
 
@@ -251,71 +307,58 @@ def _witness(scene: Scene, sensor: dict[str, Any]) -> dict[str, Any]:
     backend draws one random number after the other, and the two have to draw equally many.
     """
     glow = {"type": "area", "radiance": {"type": "uniform", "value": 1.0}}
-    result: dict[str, Any] = {
-        "type": "scene",
-        "integrator": DIRECT_LIGHT,
-        "sensor": sensor,
-        "wall": {**_plate(_wall(scene), -WALL_BEHIND_M, BLACK), "emitter": glow},
-    }
-    if scene.lens.barrel is not None:
-        result["barrel"] = _ring(scene)
-    return result
-
-
-def _chart(scene: Scene, lamp: Lamp, palette: Palette, sensor: dict[str, Any]) -> dict[str, Any]:
-    """Panels on a card on a wall, a point lamp of 1 W/sr per unit of film, and the barrel."""
-    result: dict[str, Any] = {
-        "type": "scene",
-        "integrator": DIRECT_LIGHT,
-        "sensor": sensor,
-        "lamp": {
-            "type": "point",
-            "position": [metres * MM_PER_M for metres in lamp.position_m],
-            "intensity": {"type": "uniform", "value": MM_PER_M**2},
-        },
-    }
-    for name, where in panel_rectangles(scene).items():
-        result[f"panel_{name}"] = _plate(where, 0.0, palette.materials[name])
-    half_width_m, half_height_m = scene.chart.width_m / 2, scene.chart.height_m / 2
-    card = Rectangle(
-        left_m=-half_width_m, bottom_m=-half_height_m, right_m=half_width_m, top_m=half_height_m
-    )
-    result["card"] = _plate(card, -CARD_BEHIND_M, palette.materials[CARD])
-    result["wall"] = _plate(_wall(scene), -WALL_BEHIND_M, palette.materials[WALL])
-    if scene.lens.barrel is not None:
-        result["barrel"] = _ring(scene)
-    return result
-
-
-def _wall(scene: Scene) -> Rectangle:
-    """A wall that fills the image, its blur, and whatever the card leaves."""
-    detector, lens = scene.detector, scene.lens
-    pixel_m = detector.pitch_um * 1e-6 * scene.camera_distance_m / lens.image_distance_m
-    span_px = max(detector.width_px, detector.height_px) + 2 * blur_diameter_px(scene)
-    half_m = max(span_px * pixel_m, scene.chart.width_m, scene.chart.height_m)
-    return Rectangle(left_m=-half_m, bottom_m=-half_m, right_m=half_m, top_m=half_m)
-
-
-def _plate(where: Rectangle, z_m: float, reflectance: Spectrum) -> dict[str, Any]:
-    """A matt rectangle that faces the camera."""
-    middle = [(where.left_m + where.right_m) / 2, (where.bottom_m + where.top_m) / 2, z_m]
-    half = [(where.right_m - where.left_m) / 2, (where.top_m - where.bottom_m) / 2, 1 / MM_PER_M]
-    place = mi.ScalarTransform4f().translate([m * MM_PER_M for m in middle])
     return {
-        "type": "rectangle",
-        "to_world": place.scale([m * MM_PER_M for m in half]),
-        "bsdf": {"type": "diffuse", "reflectance": _curve(reflectance)},
+        "type": "scene",
+        "integrator": integrator,
+        "sensor": sensor,
+        "wall": {**stage.wall(scene, stage.matt(stage.BLACK)), "emitter": glow},
+        **stage.barrel(scene),
     }
 
 
-def _ring(scene: Scene) -> Any:
-    """The black ring of the barrel."""
-    vertices_m, faces = ring_mesh(scene)
+def _lit_chart(
+    scene: Scene,
+    lamp: Lamp,
+    palette: Palette,
+    sensor: dict[str, Any],
+    integrator: dict[str, Any],
+    bounces: int,
+) -> dict[str, Any]:
+    """The chart under its lamp, in its booth if light may bounce."""
+    return {
+        "type": "scene",
+        "integrator": integrator,
+        "sensor": sensor,
+        **stage.lamps(scene, lamp),
+        **stage.chart(scene, palette),
+        **(stage.booth(scene) if bounces else {}),
+    }
+
+
+def _load(description: Any) -> Any:
+    """Mitsuba's scene from a description of `stage`."""
+    return mi.load_dict(_made(description))
+
+
+def _made(value: Any) -> Any:
+    """A description with transformations, pictures and meshes made into Mitsuba's own."""
+    if isinstance(value, dict):
+        return {key: _made(part) for key, part in value.items()}
+    if isinstance(value, np.ndarray):
+        return mi.ScalarTransform4f(value)
+    if isinstance(value, stage.Picture):
+        return mi.Bitmap(value.values[..., None].astype(np.float32))
+    if isinstance(value, stage.Mesh):
+        return _mesh(value)
+    return value
+
+
+def _mesh(body: stage.Mesh) -> Any:
     properties = mi.Properties()
-    properties["mesh_bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": _curve(BLACK)})
-    mesh = mi.Mesh("barrel", len(vertices_m), len(faces), props=properties)
+    properties["mesh_bsdf"] = mi.load_dict(body.bsdf)
+    mesh = mi.Mesh(body.name, len(body.vertices), len(body.faces), props=properties)
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = (vertices_m * MM_PER_M).astype(np.float32).ravel()
-    parameters["faces"] = faces.astype(np.uint32).ravel()
+    parameters["vertex_positions"] = body.vertices.astype(np.float32).ravel()
+    parameters["faces"] = body.faces.astype(np.uint32).ravel()
     parameters.update()
     return mesh

@@ -155,44 +155,60 @@ def lamp_spectrum(name: str) -> Spectrum:
 
 @functools.cache
 def reflectances(chart: str) -> tuple[Spectrum, ...]:
-    """The reflectances of the 24 panels of a ColorChecker of colour-science, in panel order.
+    """The reflectances of the 24 panels of a ColorChecker, in panel order.
 
-    Brought to 5 nm by Sprague's interpolation; beyond its table a reflectance keeps its last value.
+    `chart` is a name of colour-science or the path of a CSV file ``nm,1,2,...,24``. Brought to
+    5 nm by Sprague's interpolation; beyond its table a reflectance keeps its last value.
 
     Raises:
-        SpectrumError: for an unknown chart or one without 24 panels.
+        SpectrumError: for an unknown chart, one without 24 panels, or an unusable table.
     """
-    charts = colour.SDS_COLOURCHECKERS
-    if chart not in charts:
-        raise unknown("table of reflectances", chart, list(charts), SpectrumError)
-    panels = list(charts[chart].values())
-    if len(panels) < 24:
+    if chart.endswith(".csv"):
+        table = _table(Path(chart), ("nm", *(str(number) for number in range(1, 25))))
+        named = {n: (table[:, 0], table[:, n]) for n in range(1, 25)}
+    else:
+        charts = colour.SDS_COLOURCHECKERS
+        if chart not in charts:
+            raise unknown("table of reflectances", chart, list(charts), SpectrumError)
+        panels = list(charts[chart].values())
+        if len(panels) < 24:
+            raise SpectrumError(
+                f"chart '{chart}' has {len(panels)} panels", "expected 24", "choose another chart"
+            )
+        named = {n: (p.wavelengths, p.values) for n, p in enumerate(panels[:24], start=1)}
+    return tuple(
+        _reflectance(nm, value, f"panel {number} of '{chart}'")
+        for number, (nm, value) in named.items()
+    )
+
+
+def _reflectance(nm: ArrayLike, value: ArrayLike, source: str) -> Spectrum:
+    """One reflectance at 5 nm over the band, proved to be between 0 and 1."""
+    coarse = checked(nm, value, source, COARSEST_SMOOTH_NM)
+    if coarse.value.max() > 1:
         raise SpectrumError(
-            f"chart '{chart}' has {len(panels)} panels", "expected 24", "choose another chart"
+            f"{source} reflects {coarse.value.max():g}", "expected at most 1", "correct it"
         )
     shape = colour.SpectralShape(*BAND_NM, 5)
-    result = []
-    for number, panel in enumerate(panels[:24], start=1):
-        source = f"panel {number} of '{chart}'"
-        checked(panel.wavelengths, panel.values, source, COARSEST_SMOOTH_NM)
-        fine = panel.copy().align(shape, extrapolator_kwargs={"method": "Constant"})
-        smooth = checked(fine.wavelengths, fine.values, source, COARSEST_SMOOTH_NM)
-        if smooth.value.max() > 1:
-            raise SpectrumError(
-                f"{source} reflects {smooth.value.max():g}", "expected at most 1", "correct it"
-            )
-        result.append(smooth)
-    return tuple(result)
+    fine = colour.SpectralDistribution(coarse.value, coarse.nm).align(
+        shape, extrapolator_kwargs={"method": "Constant"}
+    )
+    # Interpolation may overshoot a table of zeros and ones by a little.
+    return spectrum(fine.wavelengths, np.clip(fine.values, 0.0, 1.0))
 
 
 @functools.cache
-def response(name: str) -> dict[str, Spectrum]:
+def response(name: str, infrared_cut: str | None = None) -> dict[str, Spectrum]:
     """The quantum response of the three channels, relative to the tallest value of the three.
 
-    `name` is ``surrogate`` or the path of a CSV file ``nm,R,G,B``.
+    Args:
+        name: ``surrogate`` or the path of a CSV file ``nm,R,G,B``.
+        infrared_cut: the path of a CSV file ``nm,value`` with the transmission of a filter that
+            stands before the sensor; the tallest value is that behind the filter.
 
     Raises:
-        SpectrumError: for an unknown name, an unusable table, or a camera that sees infrared.
+        SpectrumError: for an unknown name, an unusable table, a filter that transmits more than
+            1, or a camera that sees infrared.
     """
     if name == SURROGATE:
         path = Path(str(resources.files("scenes") / "data" / f"{SURROGATE}.csv"))
@@ -201,17 +217,45 @@ def response(name: str) -> dict[str, Spectrum]:
     else:
         raise unknown("camera response", name, [SURROGATE, "FILE.csv"], SpectrumError)
     table = _table(path, ("nm", *CHANNELS))
-    peak = float(np.max(table[:, 1:], initial=0.0))
-    result = {}
-    for column, channel in enumerate(CHANNELS, start=1):
-        source = f"channel {channel} of camera response '{name}'"
-        curve = checked(table[:, 0], table[:, column], source, COARSEST_SMOOTH_NM)
+    sources = {c: f"channel {c} of camera response '{name}'" for c in CHANNELS}
+    curves = {
+        channel: checked(table[:, 0], table[:, column], sources[channel], COARSEST_SMOOTH_NM)
+        for column, channel in enumerate(CHANNELS, start=1)
+    }
+    if infrared_cut is not None:
+        glass = transmission_table(infrared_cut)
+        curves = {channel: _behind(glass, curve) for channel, curve in curves.items()}
+    peak = max(float(curve.value.max()) for curve in curves.values())
+    for channel, curve in curves.items():
         outside = (curve.nm < BAND_NM[0]) | (curve.nm > BAND_NM[1])
         if (curve.value[outside] > BLIND * peak).any():
             raise SpectrumError(
-                f"{source} sees light outside {BAND_NM[0]:g} to {BAND_NM[1]:g} nm",
+                f"{sources[channel]} sees light outside {BAND_NM[0]:g} to {BAND_NM[1]:g} nm",
                 f"expected less than {BLIND:.0%} of the peak there",
-                "multiply the table by the infrared cut filter of the camera",
+                "name the camera's infrared cut filter as infrared_cut",
             )
-        result[channel] = curve.times(1 / peak)
+    return {channel: curve.times(1 / peak) for channel, curve in curves.items()}
+
+
+@functools.cache
+def transmission_table(name: str) -> Spectrum:
+    """The transmission of a filter from a CSV file ``nm,value``.
+
+    Raises:
+        SpectrumError: for an unusable table, or one above 1.
+    """
+    if not name.endswith(".csv"):
+        raise unknown("filter", name, ["FILE.csv"], SpectrumError)
+    table = _table(Path(name), ("nm", "value"))
+    result = checked(table[:, 0], table[:, 1], f"filter '{name}'", COARSEST_SMOOTH_NM)
+    if result.value.max() > 1:
+        raise SpectrumError(
+            f"filter '{name}' transmits {result.value.max():g}", "expected at most 1", "correct it"
+        )
     return result
+
+
+def _behind(glass: Spectrum, curve: Spectrum) -> Spectrum:
+    """A response behind a filter, on a grid of 1 nm: dark where the filter's table ends."""
+    nm = np.unique(np.concatenate([np.arange(curve.nm[0], curve.nm[-1]), curve.nm]))
+    return spectrum(nm, curve.at(nm) * glass.at(nm))

@@ -168,9 +168,9 @@ def test_defocus_is_that_of_a_thin_lens() -> None:
     edge, top = geometry.project(scene, where.left_m, where.top_m)
     blur = geometry.blur_diameter_px(scene)
     columns = slice(round(edge - blur - 2), round(edge + blur + 2))
-    x_m, y_m = closed_form.pixel_points(scene)
-    shading = closed_form.irradiance_factor(scene.named("fluorescent"), x_m, y_m)
-    even = image.rate_e_per_s[..., 1] / (shading * closed_form.natural_falloff(scene, x_m, y_m))
+    seen = closed_form.sight(scene)
+    shading = closed_form.irradiance_factor(scene.named("fluorescent"), seen.x_m, seen.y_m)
+    even = image.rate_e_per_s[..., 1] / (shading * closed_form.natural_falloff(seen.slope))
     at = np.arange(columns.start, columns.stop - 1) + 1.0
     centres, variances = [], []
     for rows in np.array_split(np.arange(round(top + blur), 120), 20):

@@ -13,8 +13,9 @@ from foundation.errors import DocumentError, InputError
 from scenes import geometry
 from scenes.check import refuse_impossible, refuse_specular
 from scenes.errors import SceneError, SpectrumError
+from scenes.lamp import Filter
 from scenes.lamps import emission, transmission
-from scenes.scene import Filter, Scene, load, preset_names
+from scenes.scene import Scene, load, preset_names
 from scenes.spectra import CHANNELS, lamp_spectrum, reflectances, response, spectrum
 
 PRESET = Path(__file__).parents[1] / "scenes" / "presets" / "chart.toml"
