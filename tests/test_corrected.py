@@ -46,7 +46,14 @@ def codes(seed: int, level: float, noise: float, pattern: float):
 
 @pytest.mark.parametrize(
     ("level", "noise", "pattern"),
-    [(20.0, 0.26, 0.15), (20.25, 0.3, 0.1), (20.5, 0.3, 0.3), (1.0, 0.9, 0.3), (254.3, 0.8, 0.2)],
+    [
+        (20.0, 0.26, 0.15),
+        (20.25, 0.3, 0.1),
+        (20.5, 0.3, 0.3),
+        (1.0, 0.9, 0.3),
+        (254.3, 0.8, 0.2),
+        (90.0, 0.5, 2.0),
+    ],
 )
 def test_noise_below_a_step_and_at_the_ends_has_no_bias(level, noise, pattern):
     """Where a variance less 1/12 would be wrong by half of itself and more."""
@@ -69,6 +76,11 @@ def test_noise_below_a_step_and_at_the_ends_has_no_bias(level, noise, pattern):
 def test_a_noise_that_codes_cannot_tell_is_not_told():
     cell = measure_cell(codes(1, 20.0, 0.05, 0.02), 255, ROW, COLUMN)
     assert not cell.told
+
+
+def test_quiet_noise_under_a_strong_pattern_is_not_told_and_costs_nothing():
+    stack = codes(2, 120.0, 0.1, 3.0)
+    assert not measure_cell(stack, 255, ROW, COLUMN).told
 
 
 def test_long_stacks_are_measured_in_sections():

@@ -51,6 +51,7 @@ FAINT = 4.0
 """Standard errors that a variance must stand above 0 for its root to be told. A root read off a
 fainter one would be far too large whenever it is told at all."""
 
+FEW_LEVELS = "too few levels to tell an offset from a slope: add lit shots of other levels"
 NO_PRNU = "needs 'prnu', which these frames cannot tell"
 
 IN_TIME = ("read", "dark_shot", "gain", "shot_coefficient", "shot_offset")
@@ -130,7 +131,7 @@ def _in_time(fit: Transfer | None, blocks: tuple[Block, ...]) -> dict[str, Findi
         ),
         "gain": _plain("gain", fit.gain, no_gain),
         "shot_coefficient": _root("shot_coefficient", fit.gain, no_gain),
-        "shot_offset": _plain("shot_offset", fit.offset_dn, no_gain),
+        "shot_offset": _plain("shot_offset", fit.offset_dn, FEW_LEVELS if fit.gain else no_gain),
     }
 
 

@@ -16,6 +16,13 @@ from numpy.typing import NDArray
 
 from analysis.estimators.corrected_codes import count_codes, fit_codes
 from analysis.estimators.corrected_shading import basis, highest
+from analysis.estimators.corrected_spread import (
+    LEAST_DN,
+    SAFE_DN,
+    SPREAD_DN,
+    noise_behind,
+    sawtooth,
+)
 from analysis.estimators.panel_noise import Floats
 
 ROUNDING_DN2 = 1 / 12
@@ -28,10 +35,6 @@ to (4 s^2 + 1/pi^2) exp(-2 pi^2 s^2): 1.4 parts in 10^5 of s^2 at 0.8, 4 in 1000
 PRIOR_DEGREE = 2
 """Degree of the smooth level about which the likelihood lets the pattern scatter. Where codes are
 counted levels are low and shading is weak; what is left of it widens the pattern a little."""
-
-LEAST_DN = 0.24
-"""Noise below which codes do not tell it: a site then gives one or two codes, and noise and pattern
-can only be told from each other by the far tails of their distributions, if at all."""
 
 VAGUE = 0.1
 """Relative error of a variance from which it is not told: noise and pattern are then confounded."""
@@ -127,7 +130,13 @@ def _section(stack: NDArray[Any], top_dn: int, row: Floats, column: Floats) -> C
         "at_top": float(np.mean(samples >= top_dn)) if high >= top_dn else 0.0,
         "single": float(np.mean(variance == 0)),
     }
-    if found["single"] >= SINGLE or found["at_zero"] >= HIDDEN or found["at_top"] >= HIDDEN:
+    touched = low == 0 or high >= top_dn
+    sigma, slope = 0.0, 1.0
+    spread_out = not touched and float(mean.std()) > SPREAD_DN
+    if spread_out:
+        sigma, slope = noise_behind(moment)
+    hidden = max(found["at_zero"], found["at_top"]) >= HIDDEN
+    if hidden or found["single"] >= SINGLE or (spread_out and sigma < LEAST_DN):
         return Cell(
             mean_dn=float(mean.mean()),
             level_dn=mean,
@@ -137,7 +146,16 @@ def _section(stack: NDArray[Any], top_dn: int, row: Floats, column: Floats) -> C
             resolved=0.0,
             **found,
         )
-    touched = low == 0 or high >= top_dn
+    if spread_out and SAFE_DN <= sigma <= LOUD_DN:
+        return Cell(
+            mean_dn=float(mean.mean()),
+            level_dn=mean,
+            level_variance_dn2=moment / n + sawtooth(sigma),
+            variance_dn2=sigma * sigma,
+            variance_se_dn2=slope * float(variance.std(ddof=1)) / (h * w) ** 0.5,
+            resolved=1.0,
+            **found,
+        )
     if moment - ROUNDING_DN2 > LOUD_DN**2 and not touched:
         return Cell(
             mean_dn=float(mean.mean()),
