@@ -29,18 +29,28 @@ class Interrupted(Exception):  # noqa: N818  reads as what it is
 
 
 class Commands(click.Group):
-    """Every file in `camtruth/commands/` is a command of that name, read when it is asked for."""
+    """Every file in `camtruth/commands/` is a command of that name, read when it is asked for.
+
+    A dash in the name of a command is an underscore in that of its file, and what Python keeps for
+    itself has one at its end: `import_.py` is the command `import`.
+    """
+
+    def files(self) -> dict[str, str]:
+        """Modules of the commands by name."""
+        folder = Path(__file__).parent / "commands"
+        names = (module.name for module in pkgutil.iter_modules([str(folder)]))
+        return {name.rstrip("_").replace("_", "-"): name for name in names}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The commands, in alphabetical order."""
-        folder = Path(__file__).parent / "commands"
-        return sorted(module.name for module in pkgutil.iter_modules([str(folder)]))
+        return sorted(self.files())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command of that name, if there is one."""
-        if cmd_name not in self.list_commands(ctx):
+        file = self.files().get(cmd_name)
+        if file is None:
             return None
-        module = importlib.import_module(f"camtruth.commands.{cmd_name}")
+        module = importlib.import_module(f"camtruth.commands.{file}")
         command: click.Command = module.command
         return command
 

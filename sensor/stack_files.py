@@ -49,11 +49,7 @@ def read_stack(
     if not _is_glob(pattern):
         stack = _image(named)
         return stack if _is_stack(named, stack) else stack[None]
-    names = sorted(path.relative_to(folder).as_posix() for path in folder.glob(pattern))
-    if not names:
-        raise CaptureError(
-            f"no file matches '{pattern}' in {folder}", "expected at least one", "correct 'frames'"
-        )
+    names = matching(folder, pattern)
     images = [_image(inside(folder, name)) for name in names]
     for name, image in zip(names, images, strict=True):
         if image.shape != images[0].shape or image.dtype != images[0].dtype:
@@ -63,6 +59,27 @@ def read_stack(
                 "put frames of one size and type in one shot",
             )
     return np.stack(images)
+
+
+def matching(folder: Path, pattern: str) -> list[str]:
+    """The files that a glob names, in the order of their names; it must lie in the folder.
+
+    Raises:
+        CaptureError: when there is none, or the pattern is no glob.
+    """
+    try:
+        names = sorted(path.relative_to(folder).as_posix() for path in folder.glob(pattern))
+    except (ValueError, NotImplementedError, OSError, RecursionError) as problem:
+        raise CaptureError(
+            f"'{pattern[:100]}' is no pattern of file names ({problem})",
+            "expected one as in 'lit/*.png'",
+            "correct 'frames'",
+        ) from None
+    if not names:
+        raise CaptureError(
+            f"no file matches '{pattern}' in {folder}", "expected at least one", "correct 'frames'"
+        )
+    return names
 
 
 def _is_glob(pattern: str) -> bool:
@@ -82,7 +99,7 @@ def _npy(path: Path) -> NDArray[np.generic]:
         raise _damaged(path, problem, "a whole .npy file of numbers") from None
     if not isinstance(stack, np.ndarray) or stack.dtype.hasobject:
         raise _damaged(path, TypeError("it holds Python objects"), "a .npy file of numbers")
-    _check_size(path, stack.shape[1:3])
+    refuse_size(path, stack.shape[1:3])
     return stack
 
 
@@ -112,15 +129,16 @@ def _tiff(path: Path) -> NDArray[Any]:
 
     with tifffile.TiffFile(path) as file:
         shape = file.series[0].shape
-        _check_size(path, shape[-3:-1] if shape[-1] == 3 else shape[-2:])
+        refuse_size(path, shape[-3:-1] if shape[-1] == 3 else shape[-2:])
         return np.asarray(file.asarray())
 
 
 def _png(path: Path) -> NDArray[Any]:
     from PIL import Image
 
+    Image.MAX_IMAGE_PIXELS = None  # Pillow's own limit; ours is looked at before pixels are made
     with Image.open(path) as image:
-        _check_size(path, image.size)
+        refuse_size(path, image.size)
         if image.mode not in ("L", "RGB", "I;16", "I;16B", "I"):
             raise CaptureError(
                 f"{path} has pixels of mode {image.mode}",
@@ -136,7 +154,7 @@ def _fits(path: Path) -> NDArray[Any]:
 
     with fits.open(path, memmap=False) as file:
         header = file[0].header
-        _check_size(path, (header.get("NAXIS1", 0), header.get("NAXIS2", 0)))
+        refuse_size(path, (header.get("NAXIS1", 0), header.get("NAXIS2", 0)))
         values = np.asarray(file[0].data)
     if values.ndim == 4 and values.shape[1] == 3 != values.shape[3]:
         values = np.moveaxis(values, 1, 3)  # FITS has colours before rows
@@ -152,7 +170,12 @@ _READERS: dict[str, Callable[[Path], NDArray[Any]]] = {
 }
 
 
-def _check_size(path: Path, sides: tuple[int, ...]) -> None:
+def refuse_size(path: Path, sides: tuple[int, ...]) -> None:
+    """Refuse a file whose frames claim more pixels than the limit, before they are made.
+
+    Raises:
+        CaptureError: with the limit and how to raise it.
+    """
     pixels = int(np.prod([int(side) for side in sides], dtype=np.float64)) if sides else 0
     if pixels > max_pixels():
         raise CaptureError(

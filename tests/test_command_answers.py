@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pkgutil
 import re
 import shutil
 import subprocess
@@ -14,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import camtruth.commands
+from camtruth.command import Commands
 from foundation.output import CHECKSUMS, sha256
 from tests.conftest import Run, Small
 
-COMMANDS = sorted(found.name for found in pkgutil.iter_modules(camtruth.commands.__path__))
+COMMANDS = sorted(Commands().files())
 START_S = 0.3
 """A command line that only explains itself answers within this, on an idle machine."""
 

@@ -1,0 +1,1 @@
+"""Reading what cameras and other programs write: one file a family of formats."""
