@@ -1,6 +1,6 @@
-"""Write what the documentation takes from the code: the catalogue page and the README's figure.
+"""Write what the documentation takes from the code: the catalogue page and the figures.
 
-Run by `make docs`. The figure comes from the files of a demo (`make demo` first).
+Run by `make docs`. The README's figure comes from the files of a demo (`make demo` first).
 """
 
 from __future__ import annotations
@@ -12,39 +12,16 @@ from pathlib import Path
 
 from camtruth.preview import srgb
 from camtruth.report.curves import figures
+from docs.effect_figures import write_figures
+from docs.effects_page import catalogue_page
 from foundation.output import new_file
 from render.preview import srgb as balanced
 from render.rate import read_rate
 from sensor.capture_folder import TRUTH, read_capture
-from sensor.catalogue import to_json
 
 HERE = Path(__file__).parent
 DEMO = HERE.parent / "camtruth-out" / "demo"
 STYLE = HERE.parent / "camtruth" / "report" / "report.css"
-
-
-def catalogue_page() -> str:
-    """The effects as a table, one line for each parameter."""
-    lines = [
-        "# The catalogue of effects",
-        "",
-        "Written by `make docs` from `sensor/effects/`; `camtruth effects NAME` says more.",
-        "",
-        "| effect | stage | parameter | unit | default | least | most | source |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for effect in to_json()["effects"]:
-        first = [f"`{effect['name']}`", effect["stage"]]
-        for p in effect["parameters"] or [None]:
-            figures = (
-                [f"`{p['name']}`", p["unit"], *(f"{p[k]:g}" for k in ("default", "min", "max"))]
-                if p
-                else ["", "", "", "", ""]
-            )
-            reference = effect["reference"] if first[0] else ""
-            lines.append("| " + " | ".join([*first, *figures, reference]) + " |")
-            first = ["", ""]
-    return "\n".join(lines) + "\n"
 
 
 def overview() -> str:
@@ -93,9 +70,10 @@ def _jpeg(pixels: object) -> str:
 
 
 def main() -> None:
-    """Write both."""
+    """Write all of it."""
     with new_file(HERE / "effects.md") as scratch:
         scratch.write_text(catalogue_page(), encoding="utf-8")
+    write_figures(HERE / "figures" / "effects")
     if not DEMO.is_dir():
         sys.exit(f"docs: no {DEMO}; expected the files of a demo for the figure; run 'make demo'")
     with new_file(HERE / "figures" / "overview.svg") as scratch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import click
@@ -40,8 +41,9 @@ def _names(entry: dict[str, Any]) -> str:
 
 
 def _explain(entry: dict[str, Any], text: str) -> None:
-    click.echo(f"{entry['name']} ({entry['stage']})\n")
-    click.echo("\n".join(line.strip() for line in text.strip().splitlines()) + "\n")
+    part = ", a term of equation (1)" if entry["base"] else ""
+    click.echo(f"{entry['name']} (stage: {entry['stage']}{part})\n")
+    click.echo(inspect.cleandoc(text) + "\n")
     rows = [
         (p["name"], f"{p['default']:g}", f"{p['min']:g}", f"{p['max']:g}", p["unit"], p["doc"])
         for p in entry["parameters"]
@@ -49,4 +51,7 @@ def _explain(entry: dict[str, Any], text: str) -> None:
     if rows:
         heads = ("parameter", "default", "least", "most", "unit", "")
         terminal.print_table(heads, rows)
+        first = entry["parameters"][0]
+        setting = f"{entry['name']}.{first['name']}={first['default']:g}"
+        click.echo(f"Add it: camtruth capture --with {setting}")
     click.echo(f"Source: {entry['reference']}")
