@@ -1,0 +1,117 @@
+"""A frame of 640 x 480 of the whole base camera, to 8-bit colour, against all who make the same.
+
+All contenders take turns in one run, and the shortest turn of each counts: what else the machine
+does then hits all alike. See docs/speed.md for what the figures mean.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers import ELECTRONS, EXPOSURE_S, PEERS, missing, plain_numpy
+from foundation.backend import backend
+from sensor.camera import Camera
+from sensor.camera_file import load
+from sensor.catalogue import effect
+from sensor.protocol import Shot
+from sensor.record import take
+
+ROUNDS = 5
+PEER_FRAMES = 4
+FRAMES = {"cuda": 256, "llvm": 128, "scalar": 8}
+TARGET_MS = 1.0
+PROMISED_FASTER = {"cuda": 30.0, "llvm": 30.0, "scalar": 0.1}
+
+
+def ratios() -> Iterator[tuple[str, float, float | None]]:
+    name = backend().name
+    base, bare = load("icx098"), mosaic_camera()
+    ours = FRAMES[name]
+    contenders: dict[str, tuple[int, Callable[[], None]]] = {
+        "ours": (ours, lambda: frames_of(base, ours)),
+        "without colours": (ours, lambda: frames_of(bare, ours)),
+        "limit": (ours, lambda: random_numbers(ours)),
+        "plain NumPy": (PEER_FRAMES, repeated(plain_numpy())),
+    }
+    for peer, make in PEERS.items():
+        if missing(make):
+            print(f"{'':12}  {peer} is not installed: 'pip install --group bench' compares with it")
+        else:
+            contenders[peer] = (PEER_FRAMES, repeated(make()))
+    ms = in_turns(contenders)
+    fast = ms.pop("ours")
+    plain, limit = ms.pop("without colours"), ms.pop("limit")
+    yield (
+        f"of {TARGET_MS:g} ms a frame: base camera to 8-bit colour, {fast:.2f} ms",
+        (TARGET_MS / fast),
+        None,
+    )
+    for other, slow in ms.items():
+        what = f"the speed of {other}: {fast:.2f} ms a frame against {slow:.1f} ms"
+        yield what, slow / fast, PROMISED_FASTER[name]
+    yield f"its time without colours: {plain:.2f} ms", plain / fast, None
+    yield f"its time is two normal numbers a pixel: {limit:.2f} ms", limit / fast, None
+
+
+def mosaic_camera() -> Camera:
+    """Shot noise, read noise and rounding, and nothing else."""
+    kinds = ("photon_shot", "read_noise", "quantization")
+    return Camera(
+        name="plain",
+        pixels="bayer8",
+        gain_dn_per_e=load("icx098").gain_dn_per_e,
+        black_dn=3.0,
+        effects=tuple(effect(kind).with_parameters({}) for kind in kinds),
+    )
+
+
+def frames_of(camera: Camera, frames: int) -> None:
+    """Take frames of even grey and let them go."""
+    rate = np.full((camera.height, camera.width, 3), ELECTRONS / EXPOSURE_S, dtype=np.float32)
+    shot = Shot(label="lit", light=("lamp",), exposure_s=EXPOSURE_S, frames=frames)
+    for batch in take(camera, shot, {"lamp": rate}):
+        assert batch[0, 0, 0].any()
+
+
+def random_numbers(frames: int) -> None:
+    """Two normal numbers for every pixel, drawn in batches like a camera's, and nothing else."""
+    import drjit as dr
+
+    from sensor.stream import Stream
+
+    for first in range(0, frames, 16):
+        many = range(first, min(first + 16, frames))
+        sums: list[Any] = []
+        for name in ("photon_shot", "read_noise"):
+            stream = Stream(
+                backend=backend(), seed=1, body_seed=0, effect=name, shot="lit", frames=many
+            )
+            sums.append(stream.normal(480, 640).array)
+        dr.eval(sums)
+        dr.sync_thread()
+
+
+def repeated(frame: Callable[[], Any]) -> Callable[[], None]:
+    """Make `PEER_FRAMES` frames."""
+
+    def run() -> None:
+        for _ in range(PEER_FRAMES):
+            assert frame().shape == (480, 640, 3)
+
+    return run
+
+
+def in_turns(contenders: dict[str, tuple[int, Callable[[], None]]]) -> dict[str, float]:
+    """The shortest time of each in ms a frame, after a turn that compiles."""
+    best = dict.fromkeys(contenders, float("inf"))
+    for turn in range(ROUNDS + 1):
+        for name, (frames, run) in contenders.items():
+            started = time.perf_counter()
+            run()
+            if turn:
+                best[name] = min(best[name], 1e3 * (time.perf_counter() - started) / frames)
+    return best
