@@ -106,10 +106,11 @@ class Signal:
         return self.numbers.tensor if isinstance(self.numbers, Planes) else self.numbers
 
     def pointwise(self, change: Callable[[Any], Any], **changes: Any) -> Signal:
-        """The same signal after a change that looks at each number by itself."""
+        """The same signal after a change, of flat arrays, that looks at each number by itself."""
         held = self.numbers
-        other = held.map(change) if isinstance(held, Planes) else change(held)
-        return self.replace(other, **changes)
+        if isinstance(held, Planes):
+            return self.replace(held.map(change), **changes)
+        return self.replace(type(held)(change(held.array), self.shape), **changes)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 
@@ -45,7 +45,14 @@ class Gamma(Effect):
             return signal.replace(signal.value)
         black = signal.format.black_dn
         span = signal.format.top_dn - black
-        x = (signal.value - black) * (1.0 / span)
-        curve = dr.power(dr.maximum(x, _TOE), signal.by_colour(self.exponent))
-        chord = x * signal.by_colour(_TOE ** (self.exponent - 1.0))
-        return signal.replace(black + span * dr.select(x > _TOE, curve, chord))
+        # figures are data, so that a new value compiles nothing
+        number = dr.array_t(signal.backend.arrays.TensorXf)
+        exponent = dr.opaque(number, self.exponent)
+        slope = dr.opaque(number, _TOE ** (self.exponent - 1.0))
+
+        def bent(value: Any) -> Any:
+            x = (value - black) * (1.0 / span)
+            curve = dr.power(dr.maximum(x, _TOE), exponent)
+            return black + span * dr.select(x > _TOE, curve, x * slope)
+
+        return signal.pointwise(bent)
