@@ -107,3 +107,13 @@ body_seed = click.option(
     metavar="N",
     help="Seed of the camera body: its fixed patterns.",
 )
+
+resume = click.option(
+    "--resume", is_flag=True, help="Go on with a run that was stopped; redo only what is missing."
+)
+
+scheduler = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Dask scheduler, as in tcp://10.0.0.1:8786, or 'processes'; this process by default.",
+)

@@ -5,16 +5,20 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import re
 import shutil
-import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from foundation.errors import OutputError
+from foundation.scratch import scratch
 
 CHECKSUMS = "SHA256SUMS"
 """Name of the checksum list of a finished folder, in the format of `sha256sum`."""
+
+LINE = re.compile(r"([0-9a-f]{64}) [ *](\S.*)")
+"""A line of that list: the sum, and the path."""
 
 
 def _unwritable(path: Path, problem: OSError) -> OutputError:
@@ -33,22 +37,12 @@ def new_file(path: Path) -> Iterator[Path]:
         OutputError: when the place cannot be written.
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
-        )
-        os.close(handle)
+        with scratch(path, folder=False) as made:
+            yield made
+            made.chmod(0o644)
+            made.replace(path)
     except OSError as problem:
         raise _unwritable(path, problem) from None
-    scratch = Path(name)
-    try:
-        yield scratch
-        scratch.chmod(0o644)
-        scratch.replace(path)
-    except OSError as problem:
-        raise _unwritable(path, problem) from None
-    finally:
-        scratch.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
@@ -60,21 +54,15 @@ def new_folder(path: Path, *, overwrite: bool = False) -> Iterator[Path]:
     """
     refuse_taken(path, overwrite=overwrite)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=f".{path.name}-", dir=path.parent))
+        with scratch(path, folder=True) as made:
+            yield made
+            write_checksums(made)
+            made.chmod(0o755)
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            made.replace(path)
     except OSError as problem:
         raise _unwritable(path, problem) from None
-    try:
-        yield scratch
-        write_checksums(scratch)
-        scratch.chmod(0o755)
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path)
-        scratch.replace(path)
-    except OSError as problem:
-        raise _unwritable(path, problem) from None
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
 
 
 def refuse_taken(path: Path, *, overwrite: bool) -> None:
@@ -100,11 +88,31 @@ def sha256(path: Path) -> str:
 
 
 def write_checksums(folder: Path) -> None:
-    """Write `SHA256SUMS` for every file below a folder, lists of its subfolders among them."""
+    """Write `SHA256SUMS` for every file below a folder.
+
+    A subfolder that has such a list is finished: its list is taken over, and it is not read again.
+    """
     own = folder / CHECKSUMS
-    files = sorted(p for p in folder.rglob("*") if p.is_file() and p != own)
+    known: dict[Path, str] = {}
+    to_read: list[Path] = []
+    for root, folders, names in os.walk(folder):
+        here = Path(root)
+        finished = _finished(here) if here != folder and CHECKSUMS in names else None
+        if finished is None:
+            to_read += [here / name for name in names if here / name != own]
+        else:
+            known |= finished
+            to_read.append(here / CHECKSUMS)
+            folders.clear()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        sums = list(pool.map(sha256, files))
-    pairs = zip(sums, files, strict=True)
-    lines = [f"{found}  {path.relative_to(folder).as_posix()}\n" for found, path in pairs]
+        known |= zip(to_read, pool.map(sha256, to_read), strict=True)
+    lines = [f"{known[path]}  {path.relative_to(folder).as_posix()}\n" for path in sorted(known)]
     own.write_text("".join(lines), encoding="utf-8")
+
+
+def _finished(folder: Path) -> dict[Path, str] | None:
+    """Checksums by path from the list of a finished folder; None where it is no such list."""
+    matches = [LINE.fullmatch(line) for line in (folder / CHECKSUMS).read_text().splitlines()]
+    known = {folder / match[2]: match[1] for match in matches if match}
+    present = {path for path in folder.rglob("*") if path.is_file() and path.name != CHECKSUMS}
+    return known if len(known) == len(matches) and set(known) == present else None

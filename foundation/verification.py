@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -11,9 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from foundation.documents import read_text
 from foundation.errors import InputError
-from foundation.output import CHECKSUMS, sha256
-
-LINE = re.compile(r"([0-9a-f]{64}) [ *](\S.*)")
+from foundation.output import CHECKSUMS, LINE, sha256
 
 
 class DamageError(InputError):

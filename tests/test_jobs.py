@@ -4,12 +4,8 @@ a worker; and a run that was killed goes on where it stopped."""
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +13,8 @@ import pytest
 
 from foundation.errors import InputError, OutputError
 from foundation.jobs import JobError, run
+from tests.clusters import Cluster, two_workers
 
-ROOT = Path(__file__).parents[1]
 SEEDS = {f"body-{seed}": seed for seed in range(40)}
 
 
@@ -73,52 +69,15 @@ def test_nobody_at_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
         run(draws(), SEEDS, shared=1.0, scheduler="nonsense://x")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Cluster:
-    address: str
-    workers: list[subprocess.Popen[bytes]]
-
-
-def start(*words: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-m", *words],
-        env={**os.environ, "PYTHONPATH": str(ROOT), "DASK_DISTRIBUTED__WORKER__DAEMON": "False"},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-
-
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """A scheduler and two workers on loopback, each a process of its own."""
-    folder = tmp_path_factory.mktemp("cluster")
-    file = folder / "scheduler.json"
-    quiet = ("--no-dashboard", "--host", "127.0.0.1")
-    running = [
-        start("distributed.cli.dask_scheduler", "--port=0", "--scheduler-file", str(file), *quiet)
-    ]
-    try:
-        patience = time.monotonic() + 30
-        while not file.exists() or not file.read_text():
-            assert time.monotonic() < patience, "no scheduler"
-            time.sleep(0.05)
-        address = json.loads(file.read_text())["address"]
-        apart = ("--no-nanny", "--nthreads=1", "--local-directory", str(folder), *quiet)
-        running += [start("distributed.cli.dask_worker", address, *apart) for _ in range(2)]
-        yield Cluster(address=address, workers=running[1:])
-    finally:
-        for process in running:
-            process.kill()
-            process.wait()
+    with two_workers(tmp_path_factory.mktemp("cluster")) as made:
+        yield made
 
 
 def test_two_workers_one_of_them_killed_in_the_middle_give_the_same_bytes(
     cluster: Cluster, alone: str, tmp_path: Path
 ) -> None:
-    from distributed import Client
-
-    with Client(cluster.address) as client:
-        client.wait_for_workers(2, timeout=30)
     whole = run(draws(), SEEDS, shared=2.0, scheduler=cluster.address)
     assert text(whole) == alone
     done = 0

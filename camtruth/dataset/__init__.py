@@ -1,0 +1,1 @@
+"""Whole sets of captures from one specification: planned, made piece by piece, listed."""
