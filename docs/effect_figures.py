@@ -57,7 +57,7 @@ STRONGER: dict[str, dict[str, float]] = {
     "nonlinearity": {"quadratic_ratio": 0.1, "cubic_ratio": 0.1},
     "vibration": {"shift_px": 0.5},
     "ambient_light": {"rate_e_per_s": 20_000.0},
-    "dropped_frames": {"probability": 0.15},
+    "dropped_frames": {"probability": 0.4},
 }
 """Parameters of the figures, where the default would hardly be seen at 8 bits."""
 
@@ -301,12 +301,12 @@ def _spectrum(axis: Any, cameras: Any, rate: Any, frames: Pair) -> None:
         for stack in stacks:
             left = stack - stack.mean(0)
             power = np.abs(np.fft.rfft(left, axis=axis_of)) ** 2 / left.shape[axis_of]
-            pair.append(power.mean((0, 3 - axis_of))[1:])
+            pair.append(power.mean((0, 3 - axis_of)))
         powers.append(pair)
     change = [np.abs(np.log(pair[1] / pair[0] + 1e-6)).max() for pair in powers]
     chosen = int(np.argmax(change))
     n = (WIDTH, HEIGHT)[chosen]
-    cycles = np.arange(1, n // 2 + 1) / n
+    cycles = np.arange(n // 2 + 1) / n
     where = ("along the rows", "down the columns")[chosen]
     _lines(axis, [(cycles, p) for p in powers[chosen]], "cycles/px", f"power {where} in DN$^2$")
     axis.set_yscale("log")
