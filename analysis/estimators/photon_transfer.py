@@ -67,12 +67,12 @@ def _channel(places: list[Place]) -> dict[str, Finding]:
         return {key: CannotTell(reason=reason) for key in KEYS}
     mean = np.array([p.mean for p in places])
     signal = np.where(dark, 0.0, mean - mean[dark].mean())
-    read, gain = _line(
+    read, gain = line(
         signal,
         np.array([p.temporal for p in places]),
         np.array([p.temporal_se for p in places]),
     )
-    fpn, prnu = _line(
+    fpn, prnu = line(
         signal**2,
         np.array([p.spatial for p in places]),
         np.array([p.spatial_se for p in places]),
@@ -88,7 +88,7 @@ def _channel(places: list[Place]) -> dict[str, Finding]:
     }
 
 
-def _line(x: Floats, y: Floats, se: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
+def line(x: Floats, y: Floats, se: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
     """Weighted line: intercept and slope, each with its standard error."""
     design = np.stack([np.ones_like(x), x], axis=1) / se[:, None]
     covariance = np.linalg.pinv(design.T @ design)

@@ -1,0 +1,1 @@
+"""A factorial study: gradient of the light against rounding, for every estimator."""
