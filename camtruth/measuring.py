@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from analysis.bias import domain
 from analysis.methods import method as method_named
 from analysis.parameters import NoiseParameters
 from analysis.round_trip import Row, Truth, round_trip
@@ -25,6 +27,8 @@ DEFAULT_METHOD = "irie"
 def measure(capture: Capture | Path | str, method: str = DEFAULT_METHOD) -> NoiseParameters:
     """What an estimator reads out of a capture, or a capture folder.
 
+    The paper's technique warns where its closed form says that it does not hold.
+
     Args:
         capture: frames, or the folder that holds them.
         method: name of an estimator, or ``FILE.py:function``.
@@ -35,7 +39,10 @@ def measure(capture: Capture | Path | str, method: str = DEFAULT_METHOD) -> Nois
     estimate = method_named(method)
     if not isinstance(capture, Capture):
         capture = read_capture(Path(capture))
-    return estimate(capture)
+    found = estimate(capture)
+    if method != DEFAULT_METHOD:
+        return found
+    return dataclasses.replace(found, warnings=found.warnings + domain.warning(found, capture))
 
 
 def roundtrip(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,11 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.bias.demosaic import detrended_variance, site_factors
+from analysis.bias.domain import figures, foretold, true_figures, warning
 from analysis.bias.prediction import Make, predict
 from analysis.bias.rounding import rounded, sample_sd_factor
 from analysis.bias.technique import PRINTED, REPAIRED, parameters
 from analysis.bias.two_noises import two_noises
 from analysis.estimators.panel_noise import combine, measure_panel
+from analysis.parameters import Estimate, NoiseParameters, Point
+from foundation.panel import Panel
+from sensor.frames import Capture, Frames, Shot
 from tests.harness import assert_agree
 
 DRAWS = 400_000
@@ -127,3 +132,34 @@ def test_with_every_step_exchanged_the_closed_form_gives_back_what_went_in(chann
     for key, value in true.items():
         assert found[key] == pytest.approx(value, rel=2e-3), key
     assert abs(printed["shot_coefficient"] / true["shot_coefficient"] - 1) > 0.2
+
+
+def test_the_domain_finds_the_bias_behind_a_measurement():
+    """The technique read on a known camera in closed form; the camera is then forgotten."""
+    make = Make(channel="R", gain=0.045, read=1.6, fpn=0.3, prnu=0.0104, black=6.0)
+    levels, exposures = (15.0, 30.0, 60.0, 120.0), (0.01, 0.02)
+    read = figures(make, exposures_s=exposures, levels_dn=levels, frames=100)
+    true = true_figures(make)
+    shots = [Shot(label=f"d{t}", exposure_s=t, frames=100) for t in exposures]
+    shots.append(Shot(label="lit", light=("l",), level=(1.0,), exposure_s=0.02, frames=100))
+    black = np.zeros((100, 60, 60, 3), np.uint8)
+    frames = tuple(Frames(dn=black, shot=s, pixels="rgb8", bits=8) for s in shots)
+    capture = Capture(camera="t", frames=frames, panels=(Panel(name="1", x=4, y=4, w=50, h=50),))
+    points = [
+        Point(shot=s.label, panel="1", channel="R", mean_dn=6.0, temporal_dn=1.0, spatial_dn=0.3)
+        for s in shots[:2]
+    ] + [
+        Point(shot="lit", panel="1", channel="R", mean_dn=6 + v, temporal_dn=1, spatial_dn=0.3)
+        for v in levels
+    ]
+    found = NoiseParameters(
+        method="irie",
+        channels={"R": {k: Estimate(value=v, se=0.001, unit="DN") for k, v in read.items()}},
+        points=tuple(points),
+    )
+    told = foretold(found, capture)["R"]
+    for key, value in true.items():
+        assert told[key] == pytest.approx(read[key] / value - 1, abs=0.02), key
+    assert "fpn R +" in warning(found, capture)[0]
+    good = dataclasses.replace(found, channels={"R": {}})
+    assert warning(good, capture) == ()
