@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
@@ -57,6 +58,11 @@ class Neighbours:
         return self.tensor(interleaved(planes), self.shape)
 
 
+def run_length(arrays: ModuleType, width: int) -> int:
+    """How many neighbouring columns a lane has on a backend: see `Runs`."""
+    return 4 if dr.is_jit_v(arrays.TensorXf) and width % 4 == 0 else 1
+
+
 class Runs:
     """Rows of a mosaic in runs of neighbouring columns, one run a lane.
 
@@ -71,7 +77,7 @@ class Runs:
 
     def __init__(self, signal: Signal) -> None:
         frames, self.height, self.width = signal.shape
-        self.length = 4 if signal.backend.jit and self.width % 4 == 0 else 1
+        self.length = run_length(signal.backend.arrays, self.width)
         self.pack = signal.backend.arrays.Array4f
         self.flat = signal.value.array
         dr.eval(self.flat)

@@ -17,7 +17,7 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from sensor.neighbours import interleaved
+from sensor.neighbours import interleaved, run_length
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,6 +34,20 @@ class Planes:
     colours: tuple[tuple[Any, ...], ...]
     shape: tuple[int, ...]
     arrays: ModuleType
+
+    @classmethod
+    def of(cls, tensor: Any, arrays: ModuleType) -> Planes:
+        """The planes of numbers that lie pixel by pixel: a tensor (f, H, W, 3)."""
+        flat, shape = tensor.array, tuple(tensor.shape)
+        dr.eval(flat)
+        length = run_length(arrays, shape[2])
+        lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // (3 * length))
+        kind = arrays.Array4f if length == 4 else type(flat)
+        fetched = [dr.gather(kind, flat, 3 * lane + k) for k in range(3)]
+        numbers = [n for pack in fetched for n in pack] if length == 4 else fetched
+        return cls(
+            colours=tuple(tuple(numbers[c::3]) for c in range(3)), shape=shape, arrays=arrays
+        )
 
     def map(self, change: Callable[[Any], Any]) -> Planes:
         """The planes after a change that looks at each number by itself."""

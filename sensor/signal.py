@@ -105,6 +105,12 @@ class Signal:
         """The numbers as a Dr.Jit tensor."""
         return self.numbers.tensor if isinstance(self.numbers, Planes) else self.numbers
 
+    @property
+    def planes(self) -> Planes:
+        """The colours of an image with three in every pixel, side by side."""
+        held = self.numbers
+        return held if isinstance(held, Planes) else Planes.of(held, self.backend.arrays)
+
     def pointwise(self, change: Callable[[Any], Any], **changes: Any) -> Signal:
         """The same signal after a change, of flat arrays, that looks at each number by itself."""
         held = self.numbers

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
-from sensor.luma import BLUE, GREEN, RED, luma
-from sensor.neighbours import interleaved
+from sensor.luma import BLUE, GREEN, RED, need_colours
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -46,26 +47,43 @@ class ChromaSubsampling(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        bright = luma(signal, self.name).array
+        need_colours(signal, self.name)
         if self.mode == 0:
             return signal.replace(signal.value)
         group = 2 ** int(self.mode)
-        flat = signal.value.array
+        planes = signal.planes
+        if len(planes.colours[0]) == 4:  # columns of a lane, which are whole groups
+            pixels = list(zip(*planes.colours, strict=True))
+            codes = []
+            for first in range(0, 4, group):
+                members = pixels[first : first + group]
+                mean = [sum(pixel[c] / group for pixel in members) for c in range(3)]
+                codes += [self._carried(pixel, mean, signal) for pixel in members]
+            colours = tuple(zip(*codes, strict=True))
+            return signal.replace(dataclasses.replace(planes, colours=colours))
+        pixel = [parts[0] for parts in planes.colours]
+        dr.eval(pixel)
         _, _, column = signal.coordinates()
-        pixel = dr.arange(type(column), dr.width(column))
+        here = dr.arange(type(column), dr.width(column))
         first, last = column - (column & (group - 1)), signal.shape[2] - 1
-        red, green, blue = bright * 0.0, bright * 0.0, bright * 0.0
+        mean = [plane * 0.0 for plane in pixel]
         for k in range(group):
-            at = (pixel - column + dr.minimum(first + k, last)) * 3
-            red = red + dr.gather(type(flat), flat, at) / group
-            green = green + dr.gather(type(flat), flat, at + 1) / group
-            blue = blue + dr.gather(type(flat), flat, at + 2) / group
-        grey = RED * red + GREEN * green + BLUE * blue
+            at = here - column + dr.minimum(first + k, last)
+            mean = [
+                total + dr.gather(type(plane), plane, at) / group
+                for total, plane in zip(mean, pixel, strict=True)
+            ]
+        colours = tuple((plane,) for plane in self._carried(pixel, mean, signal))
+        return signal.replace(dataclasses.replace(planes, colours=colours))
+
+    def _carried(self, pixel: Sequence[Any], mean: Sequence[Any], signal: Signal) -> list[Any]:
+        """Red, green and blue of a pixel after the cable, from its own and its group's mean."""
+        (red, green, blue), (far_red, far_green, far_blue) = pixel, mean
+        grey = RED * far_red + GREEN * far_green + BLUE * far_blue
         top, half = float(signal.format.top_dn), float(2 ** (signal.format.bits - 1))
-        u = dr.clip(dr.round((blue - grey) / (2 * (1 - BLUE))), -half, half - 1)
-        v = dr.clip(dr.round((red - grey) / (2 * (1 - RED))), -half, half - 1)
-        y = dr.round(bright)
+        u = dr.clip(dr.round((far_blue - grey) / (2 * (1 - BLUE))), -half, half - 1)
+        v = dr.clip(dr.round((far_red - grey) / (2 * (1 - RED))), -half, half - 1)
+        y = dr.round(RED * red + GREEN * green + BLUE * blue)
         to_blue, to_red = 2 * (1 - BLUE) * u, 2 * (1 - RED) * v
         planes = [y + to_red, y - (RED * to_red + BLUE * to_blue) / GREEN, y + to_blue]
-        codes = [dr.clip(dr.round(plane), 0.0, top) for plane in planes]
-        return signal.replace(type(signal.value)(interleaved(codes), signal.shape))
+        return [dr.clip(dr.round(plane), 0.0, top) for plane in planes]

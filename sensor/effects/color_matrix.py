@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
+import drjit as dr
+
 from sensor.effect import Effect, Stage, parameter
-from sensor.luma import luma
+from sensor.luma import BLUE, GREEN, RED, need_colours
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -40,7 +43,12 @@ class ColorMatrix(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        grey = luma(signal, self.name)
-        grey = type(grey)(grey.array, (*grey.shape, 1))
-        change = signal.by_colour(self.saturation - 1.0)
-        return signal.replace(signal.value + change * (signal.value - grey))
+        need_colours(signal, self.name)
+        planes = signal.planes
+        change = dr.opaque(dr.array_t(signal.backend.arrays.TensorXf), self.saturation - 1.0)
+        pixels = []
+        for red, green, blue in zip(*planes.colours, strict=True):
+            grey = RED * red + GREEN * green + BLUE * blue
+            pixels.append([value + change * (value - grey) for value in (red, green, blue)])
+        colours = tuple(zip(*pixels, strict=True))
+        return signal.replace(dataclasses.replace(planes, colours=colours))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
+import drjit as dr
+
 from sensor.effect import Effect, Stage, parameter
 from sensor.errors import CameraError
-from sensor.luma import luma
-from sensor.neighbours import Neighbours
+from sensor.luma import BLUE, GREEN, RED
+from sensor.neighbours import Neighbours, Runs, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -46,16 +49,31 @@ class Sharpening(Effect):
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         if signal.coloured:
-            grey = signal.replace(luma(signal, self.name))
-        elif len(set(signal.format.cfa)) == 1:
-            grey = signal
-        else:
-            raise CameraError(
-                "effect 'sharpening' on a mosaic",
-                "expected three colours in every pixel, or a camera without colour filters",
-                "add the effect 'demosaic' (with pixels rgb8), or remove this one",
-            )
-        detail = grey.value - Neighbours(grey).weighted(_SOFT)
-        if signal.coloured:
-            detail = type(detail)(detail.array, (*grey.shape, 1))
-        return signal.replace(signal.value + signal.by_colour(self.amount) * detail)
+            return self._of_colours(signal)
+        if len(set(signal.format.cfa)) == 1:
+            detail = signal.value - Neighbours(signal).weighted(_SOFT)
+            return signal.replace(signal.value + signal.by_colour(self.amount) * detail)
+        raise CameraError(
+            "effect 'sharpening' on a mosaic",
+            "expected three colours in every pixel, or a camera without colour filters",
+            "add the effect 'demosaic' (with pixels rgb8), or remove this one",
+        )
+
+    def _of_colours(self, signal: Signal) -> Signal:
+        """Each colour gets the detail of luma."""
+        planes = signal.planes
+        dr.eval(planes.colours)
+        grey = interleaved(
+            [RED * r + GREEN * g + BLUE * b for r, g, b in zip(*planes.colours, strict=True)]
+        )
+        runs = Runs(signal.replace(type(signal.value)(grey, signal.shape[:3])))
+        lines = [runs.line(dy) for dy in (-1, 0, 1)]
+        sharp = []
+        for k in range(runs.length):
+            soft = sum(weight * lines[dy + 1][k + 1 + dx] for (dy, dx), weight in _SOFT.items())
+            sharp.append(lines[1][k + 1] - soft)
+        colours = tuple(
+            tuple(part + self.amount * detail for part, detail in zip(parts, sharp, strict=True))
+            for parts in planes.colours
+        )
+        return signal.replace(dataclasses.replace(planes, colours=colours))

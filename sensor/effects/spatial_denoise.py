@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
-from sensor.neighbours import Neighbours, interleaved
+from sensor.neighbours import Neighbours, Runs, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -52,19 +53,36 @@ class SpatialDenoise(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        near = Neighbours(signal)
-        mosaic = not signal.coloured and len(set(signal.format.cfa)) > 1
-        step = 2 if mosaic else 1
-        threshold = signal.backend.tensor([self.threshold_dn]).array
-        strength = signal.backend.tensor([self.strength]).array
-        planes = []
-        for colour in range(3 if signal.coloured else 1):
-            own = near.flat_at(0, 0, colour)
+        number = dr.array_t(signal.backend.arrays.TensorXf)
+        # figures are data, so that a new value compiles nothing
+        threshold = dr.opaque(number, self.threshold_dn)
+        strength = dr.opaque(number, self.strength)
+
+        def smooth(own: Any, around: list[Any]) -> Any:
             total, alike = own * 0.0, own * 0.0 + 1.0
-            for dy, dx in _AROUND:
-                difference = near.flat_at(dy * step, dx * step, colour) - own
+            for other in around:
+                difference = other - own
                 counts = dr.abs(difference) < threshold
                 total += dr.select(counts, difference, 0.0)
                 alike += dr.select(counts, 1.0, 0.0)
-            planes.append(own + strength * total / alike)
-        return signal.replace(type(signal.value)(interleaved(planes), signal.shape))
+            return own + strength * total / alike
+
+        if not signal.coloured:
+            near = Neighbours(signal)
+            step = 2 if len(set(signal.format.cfa)) > 1 else 1
+            around = [near.flat_at(dy * step, dx * step) for dy, dx in _AROUND]
+            smoothed = smooth(near.flat_at(0, 0), around)
+            return signal.replace(type(signal.value)(smoothed, signal.shape))
+        planes = signal.planes
+        colours = []
+        for parts in planes.colours:
+            plane = signal.backend.arrays.TensorXf(interleaved(list(parts)), signal.shape[:3])
+            runs = Runs(signal.replace(plane))
+            lines = [runs.line(dy) for dy in (-1, 0, 1)]
+            colours.append(
+                tuple(
+                    smooth(lines[1][k + 1], [lines[dy + 1][k + 1 + dx] for dy, dx in _AROUND])
+                    for k in range(runs.length)
+                )
+            )
+        return signal.replace(dataclasses.replace(planes, colours=tuple(colours)))

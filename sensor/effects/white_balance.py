@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
+
+import drjit as dr
 
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
@@ -52,5 +55,16 @@ class WhiteBalance(Effect):
                 "expected a mosaic or a demosaicer",
                 "remove the effect",
             )
-        change = signal.by_colour(Colours(R=self.red_gain - 1.0, G=0.0, B=self.blue_gain - 1.0))
-        return signal.replace(signal.value + change * (signal.value - signal.format.black_dn))
+        black = signal.format.black_dn
+        if not signal.coloured:
+            gains = Colours(R=self.red_gain - 1.0, G=0.0, B=self.blue_gain - 1.0)
+            change = signal.by_colour(gains)
+            return signal.replace(signal.value + change * (signal.value - black))
+        planes, number = signal.planes, dr.array_t(signal.backend.arrays.TensorXf)
+        red, blue = (dr.opaque(number, gain - 1.0) for gain in (self.red_gain, self.blue_gain))
+        colours = (
+            tuple(part + red * (part - black) for part in planes.colours[0]),
+            planes.colours[1],
+            tuple(part + blue * (part - black) for part in planes.colours[2]),
+        )
+        return signal.replace(dataclasses.replace(planes, colours=colours))
