@@ -29,6 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from render import coat
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
 from scenes.geometry import panels, turn
@@ -241,6 +242,40 @@ def material_map(scene: Scene, seen: Sight) -> NDArray[np.intp]:
     return result
 
 
+def white_rates(
+    scene: Scene, lamp: Lamp, response_curves: Mapping[str, Spectrum] | None = None
+) -> Array:
+    """The spectral integral of a white surface, (3,) in e-/(s sr)."""
+    curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
+    light, peak = emission(lamp), scene.detector.peak_quantum_efficiency
+    return np.array([spectral_integral(light, 1.0, curves[c], peak) for c in CHANNELS])
+
+
+def surface(scene: Scene, lamp: Lamp, seen: Sight) -> tuple[Array | float, Array | float]:
+    """What a coat leaves of the matt colour, as a factor, and the lamp's highlight: radiance
+    over intensity in 1/m2. Without a coat 1 and 0.
+    """
+    gloss = scene.chart.gloss
+    if gloss is None:
+        return 1.0, 0.0
+    facing = turn(scene)[:, 2]
+    place = np.stack(np.broadcast_arrays(seen.x_m, seen.y_m, seen.z_m), axis=-1)
+    to_lens = np.array([0.0, 0.0, scene.camera_distance_m]) - place
+    to_lens /= np.linalg.norm(to_lens, axis=-1, keepdims=True)
+    matt: Array = np.zeros(place.shape[:-1])
+    shine: Array = np.zeros(place.shape[:-1])
+    total: Array = np.zeros(place.shape[:-1])
+    for point, weight in zip(*lamp_points(lamp), strict=True):
+        to_lamp = point - place
+        far2 = (to_lamp**2).sum(axis=-1)
+        to_lamp /= np.sqrt(far2)[..., None]
+        falls = weight * relative_intensity(lamp, -to_lamp) * (to_lamp @ facing) / far2
+        matt += falls * coat.below(to_lamp @ facing, to_lens @ facing, gloss)
+        shine += falls * coat.highlight(to_lamp, to_lens, facing, gloss)
+        total += falls
+    return matt / total, shine
+
+
 def detector_factor(scene: Scene, seen: Sight) -> tuple[Array, Array]:
     """From radiance to power on a pixel in m2 sr, and where the centroid of its light lies."""
     lens = scene.lens
@@ -265,9 +300,14 @@ def render(
     seen = sight(scene)
     power, moved = detector_factor(scene, seen)
     lit = irradiance_factor(source, seen.x_m * moved, seen.y_m * moved, seen.z_m, turn(scene)[:, 2])
-    shading = lit / np.pi * power
-    rates = material_rates(scene, source, response_curves)
-    rate = rates[material_map(scene, seen)] * shading[..., None]
+    rates, where = material_rates(scene, source, response_curves), material_map(scene, seen)
+    matt, shine = surface(scene, source, seen)
+    on_panel = where < len(patches(scene.chart))
+    shading = lit / np.pi * power * np.where(on_panel, matt, 1.0)
+    rate = rates[where] * shading[..., None]
+    if scene.chart.gloss is not None:
+        mirrored = np.where(on_panel, shine, 0.0) * power
+        rate = rate + mirrored[..., None] * white_rates(scene, source, response_curves)
     header = RateHeader(
         scene=scene.name,
         lamp=source.name,

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from render import coat
 from render.palette import CARD, WALL, Palette
 from render.pupil import ring_mesh
 from scenes.chart import Gloss
@@ -95,7 +96,7 @@ def coated(reflectance: Spectrum, gloss: Gloss | None) -> dict[str, Any]:
         "int_ior": gloss.index,
         "ext_ior": 1.0,
         "nonlinear": False,
-        "diffuse_reflectance": curve(reflectance),
+        "diffuse_reflectance": curve(reflectance.times(coat.made_good(gloss))),
     }
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from foundation.documents import STRICT
 from scenes.lamp import Positive
 
 Reflectance = Annotated[float, Field(ge=0, le=1)]
+Reflectances = Annotated[
+    Annotated[str, Tag("name")] | Annotated[tuple[Reflectance, ...], Tag("figures")],
+    Discriminator(lambda value: "name" if isinstance(value, str) else "figures"),
+]
 Tilt = Annotated[float, Field(ge=-60, le=60)]
 
 
@@ -57,7 +61,7 @@ class Chart:
     """
 
     pattern: Literal["checker", "uniform", "edge", "wedge"] = "checker"
-    reflectances: str | tuple[Reflectance, ...]
+    reflectances: Reflectances
     width_m: Positive
     height_m: Positive
     panel_m: Positive | None = None

@@ -9,6 +9,7 @@ import numpy as np
 from foundation.errors import unknown
 from scenes.errors import SceneError
 from scenes.geometry import mirror_point_m, panels, place_m, turn
+from scenes.imaging import largest_slope
 from scenes.lamps import axes, emission
 from scenes.patches import COLUMNS, ROWS, patches
 from scenes.photometry import read_ies
@@ -204,6 +205,13 @@ def _booth(scene: Scene) -> None:
             f"a chart of {scene.chart.width_m:g} x {scene.chart.height_m:g} m in a booth"
             f" {booth.width_m:g} m wide with the table {booth.floor_m:g} m below its centre",
             "expected the chart inside",
+            "increase width_m or floor_m of the booth",
+        )
+    seen_m = 1.1 * largest_slope(scene) * scene.camera_distance_m
+    if min(booth.width_m / 2, booth.floor_m) <= seen_m:
+        raise SceneError(
+            f"a booth {booth.width_m:g} m wide with its table {booth.floor_m:g} m below",
+            f"expected both farther than {seen_m:.3g} m from the axis, out of the picture",
             "increase width_m or floor_m of the booth",
         )
     for lamp in scene.lamp:

@@ -17,7 +17,7 @@ GREY_ROW = ("19", "20", "21", "22", "23", "24")
 DARK, BRIGHT = "dark", "bright"
 EDGE_SIZE = 0.8
 """The bright panel of an edge fills so much of the height of the card, and half of that wide."""
-LIFT_M = 0.3e-3
+LIFT_M = 0.02e-3
 """How far the bright panel of an edge stands before the dark one."""
 
 
