@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 JOBS ?= auto
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check format lint types imports test bench docs lock
+.PHONY: help setup demo check format lint types imports test nightly bench docs lock
 
 help:  ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -21,6 +21,9 @@ check: format lint types imports test  ## format, lint, strict types, import ord
 
 test: $(READY)  ## the tests alone
 	$(BIN)/python -m pytest -n $(JOBS)
+
+nightly: $(READY)  ## the tests with 5,000 damaged inputs and kills at more moments
+	CAMTRUTH_NIGHTLY=1 CAMTRUTH_CASES=5000 $(BIN)/python -m pytest -n $(JOBS)
 
 bench: $(READY)  ## speeds as ratios in one run
 	$(BIN)/python -m benchmarks

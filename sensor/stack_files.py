@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.errors import InputError
+from foundation.quiet import quiet
 from sensor.errors import CaptureError
 
 MAX_PIXELS_VARIABLE = "CAMTRUTH_MAX_PIXELS"
@@ -94,8 +94,10 @@ def _is_stack(path: Path, image: NDArray[Any]) -> bool:
 
 def _npy(path: Path) -> NDArray[np.generic]:
     try:
-        stack = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError, EOFError, TypeError, SyntaxError, OverflowError) as problem:
+        with quiet():
+            stack = np.load(path, mmap_mode="r", allow_pickle=False)
+    except Exception as problem:
+        # NumPy runs Python's tokenizer over a damaged header, and lets through what that raises.
         raise _damaged(path, problem, "a whole .npy file of numbers") from None
     if not isinstance(stack, np.ndarray) or stack.dtype.hasobject:
         raise _damaged(path, TypeError("it holds Python objects"), "a .npy file of numbers")
@@ -114,8 +116,7 @@ def _image(path: Path) -> NDArray[Any]:
     if not path.is_file():
         raise CaptureError(f"no file {path}", "expected the frames there", "correct 'frames'")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with quiet():
             return reader(path)
     except InputError:
         raise

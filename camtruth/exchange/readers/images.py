@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.readers.told import Roll, Told, positive
+from foundation.quiet import quiet
 from sensor.capture_folder import inside
 from sensor.stack_files import read_stack
 
@@ -35,10 +36,17 @@ def read(path: Path) -> Roll:
         )
     ending = path.suffix.lower()
     stack = read_stack(path.parent, path.name, inside)
-    told = Told()
-    with warnings.catch_warnings():
+    with quiet(), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about tags that have nothing to do with exposure
-        told = HEADERS.get(ending, _nothing)(path)
+        try:
+            told = HEADERS.get(ending, _nothing)(path)
+        except Exception as problem:
+            # The pixels could be read, its header cannot: three libraries raise what they like.
+            raise ExchangeError(
+                f"cannot read the header of {path} ({problem})",
+                "expected a whole one",
+                "copy the file again",
+            ) from None
     return Roll(
         told=told,
         frames=iter(_unsigned(path, stack)),

@@ -13,6 +13,7 @@ from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
 from camtruth.exchange.readers.told import Roll, Told, positive
 from foundation.errors import InputError
+from foundation.quiet import quiet
 from sensor.stack_files import refuse_size
 
 ENDINGS = (".dng", ".cr2", ".cr3", ".nef", ".arw", ".raf", ".rw2", ".orf", ".pef", ".srw")
@@ -29,7 +30,7 @@ def read(path: Path) -> Roll:
     if not path.is_file():
         raise ExchangeError(f"no file {path}", "expected a raw file", "check the path")
     try:
-        with rawpy.imread(str(path)) as raw:
+        with quiet(), rawpy.imread(str(path)) as raw:
             refuse_size(path, (raw.sizes.height, raw.sizes.width))
             return _roll(path, raw)
     except InputError:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
 from camtruth.exchange.readers.told import Roll, Told
+from foundation.errors import InputError
+from foundation.quiet import quiet
 from sensor.stack_files import refuse_size
 
 ENDINGS = (".mkv", ".avi", ".mp4", ".mov", ".webm")
@@ -42,14 +44,14 @@ def read(path: Path) -> Roll:
     if not path.is_file():
         raise ExchangeError(f"no file {path}", "expected a video", "check the path")
     try:
-        with av.open(str(path)) as file:
+        with quiet(), av.open(str(path)) as file:
             if not file.streams.video:
                 raise _damaged(path, "it holds no video")
             context = file.streams.video[0].codec_context
             refuse_size(path, (context.height, context.width))
             pix_fmt = str(context.pix_fmt)
     except (av.FFmpegError, OSError, ValueError) as problem:
-        if isinstance(problem, ExchangeError):
+        if isinstance(problem, InputError):
             raise
         raise _damaged(path, str(problem)) from None
     grey = pix_fmt in GREY_BITS
@@ -67,12 +69,19 @@ def _frames(av: Any, path: Path, wanted: str | None) -> Iterator[NDArray[Any]]:
     try:
         with av.open(str(path)) as file:
             stream = file.streams.video[0]
-            for frame in file.decode(stream):
+            decoder = file.decode(stream)
+            while True:
+                with quiet():
+                    frame = next(decoder, None)
+                if frame is None:
+                    return
                 refuse_size(path, (frame.height, frame.width))
                 if frame.is_corrupt:
                     raise _damaged(path, "a frame is corrupt")
                 yield np.ascontiguousarray(frame.to_ndarray(format=wanted))
-    except (av.FFmpegError, OSError) as problem:
+    except (av.FFmpegError, OSError, ValueError) as problem:
+        if isinstance(problem, InputError):
+            raise
         raise _damaged(path, str(problem)) from None
 
 
