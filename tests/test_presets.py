@@ -10,6 +10,7 @@ import pytest
 from sensor.camera import pixels_of, simulate
 from sensor.camera_file import load, preset_names
 from sensor.colours import Colours
+from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Shot
@@ -20,7 +21,7 @@ SIDE, FRAMES, EXPOSURE_S = 96, 24, 0.01
 
 
 def test_the_presets_are_these() -> None:
-    assert set(preset_names()) >= {"i400", "icx098", "icx655", "ideal"}
+    assert set(preset_names()) >= {"i400", "i400-debiased", "icx098", "icx655", "ideal"}
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -37,20 +38,21 @@ def test_mean_and_noise_of_every_mosaic_are_those_the_preset_states(
     kept = tuple(e for e in camera.effects if e.name not in ("demosaic", "quantization", "fpn"))
     plain = camera.without(*(type(e) for e in camera.effects if e not in kept))
     frames = simulate(plain, shot, {"lamp": rate}, until=Quantity.DN).numpy().astype(float)
-    read, prnu = camera.get(ReadNoise), camera.get(Prnu)
+    read, prnu, clamp = camera.get(ReadNoise), camera.get(Prnu), camera.get(BlackLevelOffset)
     dark_e = next((e.current_e_per_s for e in kept if e.name == "dark_shot"), 0.0) * EXPOSURE_S
     sites = camera.resized(SIDE, SIDE).format.colour_index
     for k, channel in enumerate("RGB"):
         at = frames[:, sites == k]
         gain = camera.gain_dn_per_e[channel]
         sigma_e = read.sigma_e[channel] if read else 0.0
+        offset_e = Colours.of(clamp.offset_e)[channel] if clamp else 0.0
         variance = gain**2 * (electrons + dark_e + sigma_e**2)
         # the preset's hot pixels add a few e- at most
         pattern = gain * electrons * (Colours.of(prnu.ratio)[channel] if prnu else 0.0)
         mean_error = math.sqrt(variance / at.size + pattern**2 / at.shape[1])
         assert_agree(
             [at.mean(), at.var(0, ddof=1).mean()],
-            [gain * electrons + camera.black_dn, variance],
+            [gain * (electrons + offset_e) + camera.black_dn, variance],
             [mean_error, variance_error(variance, (FRAMES - 1) * at.shape[1])],
             f"{name} {channel}",
         )

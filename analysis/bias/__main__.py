@@ -6,8 +6,10 @@ python -m analysis.bias coverage --camera i400 --seeds 2000 --method corrected
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import datetime
 import json
+import statistics
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,9 +17,11 @@ from typing import Any
 
 from analysis.bias import causes, sweeps
 from analysis.bias.coverage import bench, rows, scaled, trip
-from analysis.bias.experiment import run_cell
+from analysis.bias.experiment import measure, run_cell
 from analysis.bias.setting import Setting
-from analysis.bias.technique import Technique
+from analysis.bias.technique import Technique, parameters
+from analysis.debias import riddle, search
+from analysis.reproduce.paper import printed
 from foundation.jobs import run
 from foundation.output import new_file
 
@@ -28,7 +32,7 @@ RESULTS = Path("docs/results")
 def main() -> None:
     """Run what the words ask for, and write the figures that the page shows."""
     parser = argparse.ArgumentParser(prog="python -m analysis.bias", description=__doc__)
-    parser.add_argument("what", choices=["coverage", "cells"])
+    parser.add_argument("what", choices=["coverage", "cells", "debias"])
     parser.add_argument("--camera", default="i400")
     parser.add_argument("--raw", action="store_true")
     parser.add_argument("--seeds", type=int, default=2000)
@@ -36,7 +40,7 @@ def main() -> None:
     parser.add_argument("--scheduler")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
-    {"coverage": coverage, "cells": cells}[options.what](options)
+    {"coverage": coverage, "cells": cells, "debias": debias}[options.what](options)
 
 
 def coverage(options: argparse.Namespace) -> None:
@@ -85,6 +89,36 @@ def cell(shared: tuple[int, Mapping[str, Technique]], setting: Setting) -> dict[
     """One cell."""
     seeds, techniques = shared
     return run_cell(setting, range(seeds), techniques)
+
+
+def debias(options: argparse.Namespace) -> None:
+    """The camera behind the printed figures, how it is read in simulation, and the riddle."""
+    table = {key: figure.value for key, figure in printed().items()}
+    found = {
+        f"{order} {channel}": dataclasses.asdict(one)
+        | {"floor": search.floor(channel, one.values, order)["fpn"]}
+        for order in ("text", "printed")
+        for channel in "RGB"
+        for one in [search.search(channel, {k: table[k][channel] for k in search.KEYS}, order)]
+    }
+    setting = Setting(camera="i400-debiased")
+    bodies = [measure(setting, seed) for seed in range(options.seeds)]
+    read = [{c: parameters(b[c], c, demosaiced=True) for c in b} for b in bodies]
+    simulated = {
+        channel: {
+            key: [
+                statistics.mean(r[channel][key] for r in read),
+                statistics.stdev(r[channel][key] for r in read),
+            ]
+            for key in search.KEYS
+        }
+        for channel in "RGB"
+    }
+    answers = {name: riddle.ratios(settings) for name, settings in riddle.ANSWERS.items()}
+    publish(
+        "i400-debiased",
+        {"seeds": options.seeds, "found": found, "simulated": simulated, "answers": answers},
+    )
 
 
 def publish(name: str, document: dict[str, Any]) -> None:

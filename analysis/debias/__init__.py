@@ -1,0 +1,1 @@
+"""Which camera, measured as the paper measured, gives the figures that the paper prints."""
