@@ -27,6 +27,7 @@ or the bytes would differ: each case checks.
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib.metadata
 import logging
 import os
@@ -130,7 +131,8 @@ def _computed(
             yield key, work(shared, case)
         return
     with _client(scheduler, min(threads, len(cases))) as client:
-        yield from _gathered(client, work, cases, shared, expected=fingerprint())
+        apart = scheduler is not None
+        yield from _gathered(client, work, cases, shared, fingerprint(), apart)
 
 
 @contextlib.contextmanager
@@ -186,6 +188,7 @@ def _gathered(
     cases: Mapping[str, Case],
     shared: Any,
     expected: Mapping[str, str],
+    apart: bool,
 ) -> Iterator[tuple[str, Result]]:
     from concurrent.futures import CancelledError
 
@@ -202,7 +205,7 @@ def _gathered(
         for _, (key, case) in zip(range(count), waiting, strict=False):
             task = f"case-{run_id}-{len(names)}"
             names[task] = key
-            futures.append(client.submit(_checked, work, held, case, expected, key=task))
+            futures.append(client.submit(_checked, work, held, case, expected, apart, key=task))
         return futures
 
     room = IN_FLIGHT * max(1, sum(client.nthreads().values()))
@@ -239,8 +242,14 @@ def _hold(shared: Any) -> Any:
 
 
 def _checked(
-    work: Callable[[Any, Case], Result], shared: Any, case: Case, expected: Mapping[str, str]
+    work: Callable[[Any, Case], Result],
+    shared: Any,
+    case: Case,
+    expected: Mapping[str, str],
+    apart: bool,
 ) -> Result:
+    if apart:
+        _keep_to_own_cores()
     here = fingerprint()
     for name, version in expected.items():
         if here[name] != version:
@@ -250,6 +259,15 @@ def _checked(
                 "install the same requirements.lock on every machine",
             )
     return work(shared, case)
+
+
+@functools.cache
+def _keep_to_own_cores() -> None:
+    """In a worker's process, let kernels use as many cores as the worker was given threads."""
+    import drjit
+    from distributed import get_worker
+
+    drjit.set_thread_count(get_worker().state.nthreads)
 
 
 def fingerprint() -> dict[str, str]:

@@ -137,9 +137,15 @@ def in_order(make: Callable[[Item], Made], items: Iterable[Item]) -> Iterator[Ma
 
 
 def one_file_a_frame(
-    ending: str, save: Callable[[Path, Source, Frames, NDArray[Any]], None]
+    ending: str,
+    save: Callable[[Path, Source, Frames, NDArray[Any]], None],
+    *,
+    packed: bool,
 ) -> Callable[[Path, Source], Iterator[FrameFile]]:
-    """A writer of captures from one that saves a frame."""
+    """A writer of captures from one that saves a frame.
+
+    Frames that are packed are packed on all cores; the others are no work but for the disk.
+    """
 
     def write(folder: Path, source: Source, frames: Frames) -> Iterator[FrameFile]:
         (folder / frames.shot.label).mkdir(parents=True)
@@ -149,6 +155,6 @@ def one_file_a_frame(
             save(folder / name, source, frames, np.ascontiguousarray(frames.dn[index]))
             return FrameFile(name=name, shot=frames.shot.label, first=index, count=1)
 
-        yield from in_order(make, range(frames.count))
+        yield from (in_order if packed else map)(make, range(frames.count))
 
     return shot_by_shot(write)

@@ -32,7 +32,7 @@ NOMINAL_INTERVAL_S = Fraction(1, 15)
 """Frame interval of the paper's camera: written into a video's clock where none is known."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Source:
     """A capture folder, read and checked.
 

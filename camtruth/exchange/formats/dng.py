@@ -6,6 +6,7 @@ Reference: Adobe, Digital Negative Specification 1.7; tag numbers there, and in 
 
 from __future__ import annotations
 
+import functools
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ def _rational(value: float) -> tuple[int, int]:
     return fraction.numerator, fraction.denominator
 
 
+@functools.lru_cache(maxsize=1)
 def tags(source: Source, frames: Frames) -> list[tuple[int, int, int, Any, bool]]:
     """The tags that make a TIFF a DNG."""
     assert frames.cfa is not None
@@ -73,6 +75,6 @@ FORMAT = Format(
     media_type="image/x-adobe-dng",
     reading="import rawpy; frame = rawpy.imread(FILE).raw_image_visible.copy()",
     pixels=("bayer8", "bayer16"),
-    write=one_file_a_frame("dng", save),
+    write=one_file_a_frame("dng", save, packed=False),
     stack="{label}/*.dng",
 )

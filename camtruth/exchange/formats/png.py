@@ -24,7 +24,7 @@ FORMAT = Format(
     media_type="image/png",
     reading="import cv2; frame = cv2.imread(FILE, cv2.IMREAD_UNCHANGED)  # colours as B, G, R",
     pixels=EVERY_KIND,
-    write=one_file_a_frame("png", save),
+    write=one_file_a_frame("png", save, packed=True),
     stack="{label}/*.png",
     native=True,
 )

@@ -29,7 +29,7 @@ FORMAT = Format(
     media_type="image/tiff",
     reading="import tifffile; frame = tifffile.imread(FILE)",
     pixels=EVERY_KIND,
-    write=one_file_a_frame("tif", save),
+    write=one_file_a_frame("tif", save, packed=False),
     stack="{label}/*.tif",
     native=True,
 )

@@ -31,6 +31,7 @@ def write(folder: Path, source: Source) -> Iterator[FrameFile]:
                 "level": list(document.level),
                 "exposure_s": document.exposure_s,
             },
+            config={"write_empty_chunks": True},  # or every chunk is searched for a value not 0
         )
         for first, piece in pieces(frames):
             array[first : first + len(piece)] = piece
