@@ -32,14 +32,15 @@ from numpy.typing import NDArray
 from render import coat
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
+from scenes.field import WAVELENGTHS_NM, Field
 from scenes.geometry import panels, turn
-from scenes.imaging import chief_rays
+from scenes.imaging import chief_rays, real_field, smooth
 from scenes.lamp import Lamp
 from scenes.lamps import axes, emission, relative_intensity
 from scenes.lens import Lens
 from scenes.patches import patches
 from scenes.scene import Scene
-from scenes.spectra import CHANNELS, Spectrum, response
+from scenes.spectra import BAND_NM, CHANNELS, Spectrum, response
 
 Array = NDArray[np.float64]
 
@@ -210,6 +211,15 @@ def open_aperture(scene: Scene, slope: Array, z_m: Array | float = 0.0) -> tuple
     return np.asarray(shared / (np.pi * aperture**2)), np.asarray(1 + moved)
 
 
+def channel_weights(lamp: Lamp, curves: Mapping[str, Spectrum], nodes_nm: Array) -> Array:
+    """How each channel weighs what is linear between some wavelengths, (3, N), summing to 1."""
+    light = emission(lamp)
+    nm = np.arange(BAND_NM[0], BAND_NM[1] + 0.5, 0.5)
+    hats = np.stack([np.interp(nm, nodes_nm, row) for row in np.eye(nodes_nm.size)], axis=1)
+    seen = np.stack([light.at(nm) * curves[channel].at(nm) * nm for channel in CHANNELS])
+    return np.asarray(seen @ hats / seen.sum(axis=1, keepdims=True))
+
+
 def material_rates(
     scene: Scene, lamp: Lamp, response_curves: Mapping[str, Spectrum] | None = None
 ) -> Array:
@@ -276,14 +286,39 @@ def surface(scene: Scene, lamp: Lamp, seen: Sight) -> tuple[Array | float, Array
     return matt / total, shine
 
 
-def detector_factor(scene: Scene, seen: Sight) -> tuple[Array, Array]:
-    """From radiance to power on a pixel in m2 sr, and where the centroid of its light lies."""
+def detector_factor(scene: Scene, seen: Sight, weights: Array | None = None) -> tuple[Array, Array]:
+    """From radiance to power on a pixel in m2 sr, and where the centroid of its light lies.
+
+    (H, W); of a real lens (H, W, 3) for the light that each channel sees, with weights (3, W) of
+    the wavelengths of `field.WAVELENGTHS_NM`, or (H, W, 1) with equal ones.
+    """
     lens = scene.lens
+    known = real_field(scene)
+    if known is not None:
+        return _real_factor(scene, seen, known, weights)
     solid_angle_sr = np.pi * lens.aperture_radius_m**2 / lens.image_distance_m**2
     open_part, moved = open_aperture(scene, seen.slope, seen.z_m)
     pixel_m2 = (scene.detector.pitch_um * 1e-6) ** 2
     power = lens.transmission * solid_angle_sr * natural_falloff(seen.slope) * open_part * pixel_m2
     return power, moved
+
+
+def _real_factor(
+    scene: Scene, seen: Sight, known: Field, weights: Array | None
+) -> tuple[Array, Array]:
+    """The same from the traced tables of a real lens, both figures (H, W, 3) or (H, W, 1)."""
+    even = np.full((1, WAVELENGTHS_NM.size), 1 / WAVELENGTHS_NM.size)
+    pixel_m2 = (scene.detector.pitch_um * 1e-6) ** 2
+    chief = (scene.camera_distance_m - known.crossing_m) * known.slope
+    power, moved = [], []
+    for share in even if weights is None else weights:
+        etendue = smooth(known.radius_m, known.etendue @ share, seen.radius_m, odd=False)
+        power.append(scene.lens.transmission * pixel_m2 * etendue)
+        middle = known.centroid_m(scene.camera_distance_m, share)
+        ratio = np.divide(middle, chief, out=np.ones_like(chief), where=known.radius_m > 0)
+        ratio[0] = (4 * ratio[1] - ratio[2]) / 3
+        moved.append(smooth(known.radius_m, ratio, seen.radius_m, odd=False))
+    return np.stack(power, axis=-1), np.stack(moved, axis=-1)
 
 
 def render(
@@ -298,16 +333,27 @@ def render(
     """
     source = scene.named(lamp) if isinstance(lamp, str) else lamp
     seen = sight(scene)
-    power, moved = detector_factor(scene, seen)
-    lit = irradiance_factor(source, seen.x_m * moved, seen.y_m * moved, seen.z_m, turn(scene)[:, 2])
+    curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
+    weights = channel_weights(source, curves, WAVELENGTHS_NM)
+    power, moved = detector_factor(scene, seen, weights)
+    if power.ndim == 2:
+        power, moved = power[..., None], moved[..., None]
+    facing = turn(scene)[:, 2]
+    lit = np.stack(
+        [
+            irradiance_factor(source, seen.x_m * part, seen.y_m * part, seen.z_m, facing)
+            for part in np.moveaxis(moved, -1, 0)
+        ],
+        axis=-1,
+    )
     rates, where = material_rates(scene, source, response_curves), material_map(scene, seen)
     matt, shine = surface(scene, source, seen)
     on_panel = where < len(patches(scene.chart))
-    shading = lit / np.pi * power * np.where(on_panel, matt, 1.0)
-    rate = rates[where] * shading[..., None]
+    shading = lit / np.pi * np.where(on_panel, matt, 1.0)[..., None] * power
+    rate = rates[where] * shading
     if scene.chart.gloss is not None:
-        mirrored = np.where(on_panel, shine, 0.0) * power
-        rate = rate + mirrored[..., None] * white_rates(scene, source, response_curves)
+        mirrored = np.where(on_panel, shine, 0.0)[..., None] * power
+        rate = rate + mirrored * white_rates(scene, source, response_curves)
     header = RateHeader(
         scene=scene.name,
         lamp=source.name,

@@ -19,7 +19,7 @@ from scenes.lamp import Lamp
 from scenes.lamps import emission
 from scenes.patches import flat, patches
 from scenes.scene import Scene
-from scenes.spectra import BAND_NM, CHANNELS, Spectrum, spectrum
+from scenes.spectra import BAND_NM, CHANNELS, VISIBLE_NM, Spectrum, spectrum
 
 Array = NDArray[np.float64]
 
@@ -36,6 +36,8 @@ Mitsuba lets a path carry four wavelengths, a quarter of the film apart. With fo
 weight each path has one in every band, so that all channels share all luck; nobody looks at the
 fourth band.
 """
+QUANTILES = 513
+"""Steps of the true wavelengths behind an even film."""
 CARD, WALL = "card", "wall"
 
 
@@ -118,3 +120,34 @@ def integrated(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum]) -> Pale
         materials=materials,
         white=np.array([white[channel] for channel in CHANNELS]),
     )
+
+
+def single(
+    scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum], channel: str
+) -> tuple[Palette, Array]:
+    """One channel alone: grey materials, and the true wavelengths behind an even film.
+
+    A real lens bends every wavelength otherwise, so a path has a wavelength of its own. The film
+    runs evenly from 400 to 700; at the part q of it stands the wavelength below which the channel
+    gets the part q of its light, so that wavelengths are drawn as the channel sees them. (Q,) from
+    the film's beginning to its end.
+    """
+    nm = _grid(curves, FINE_STEP_NM)
+    weight = _response(lamp, scene.detector.peak_quantum_efficiency, curves, nm)[channel]
+    white = float(np.trapezoid(weight, nm))
+    below = np.concatenate([[0.0], np.cumsum((weight[1:] + weight[:-1]) / 2)]) / (
+        weight.sum() - (weight[0] + weight[-1]) / 2
+    )
+    true_nm = np.interp(np.linspace(0, 1, QUANTILES), below, nm)
+    materials = {
+        name: flat(float(np.trapezoid(weight * curve.at(nm), nm)) / white)
+        for name, curve in _materials(scene).items()
+    }
+    film_nm = np.array(VISIBLE_NM)
+    palette = Palette(
+        film_nm=film_nm,
+        film={channel: np.ones(2)},
+        materials=materials,
+        white=np.array([white]),
+    )
+    return palette, true_nm

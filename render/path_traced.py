@@ -32,6 +32,7 @@ import functools
 import math
 import zlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import mitsuba as mi
@@ -41,14 +42,20 @@ from numpy.typing import NDArray
 from foundation.backend import backend
 from render import stage
 from render.batches import BATCHES, Sums, batches_needed, relative_noise
+from render.closed_form import channel_weights
 from render.errors import RenderError
-from render.palette import Palette, integrated, sampled
+from render.palette import QUANTILES, Palette, integrated, sampled, single
 from render.pupil import open_fraction
 from render.rate import RateHeader, RateImage, rate_image
+from render.real_lens import INDEX_NM, leave, pupils
 from render.record import optics, versions
 from render.stage import MM_PER_M
+from scenes.field import WAVELENGTHS_NM
 from scenes.geometry import panels
+from scenes.imaging import real_field, smooth
 from scenes.lamp import Lamp
+from scenes.prescription import mounted
+from scenes.ray_trace import Maths
 from scenes.scene import Scene
 from scenes.spectra import CHANNELS, Spectrum, response
 
@@ -106,28 +113,29 @@ def render(
     _refuse_numbers(samples, seed, noise, bounces)
     wavelengths = wavelengths or ("sampled" if bounces > 1 else "integrated")
     source = scene.named(lamp) if isinstance(lamp, str) else lamp
+    if scene.lens.kind == "real" and not backend().jit:
+        raise RenderError(
+            "a real lens on the scalar backend",
+            "expected LLVM or CUDA, which trace its surfaces a hundred times faster",
+            "see 'camtruth doctor', or use a thin lens",
+        )
     mi.set_variant(VARIANTS[backend().name])
-    detector = scene.detector
-    curves = dict(response_curves or response(detector.response, detector.infrared_cut))
-    palette = (integrated if wavelengths == "integrated" else sampled)(scene, source, curves)
-
+    curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
     points = len(stage.lamp_points(scene, source)[1])
-    whole = backend().jit and bounces == 0
-    per_batch = _per_batch(samples, 1 if whole else points)
-    sensor = _sensor(scene, palette, sampler)
+    per_batch = _per_batch(samples, 1 if backend().jit and bounces == 0 else points)
     integrator = _integrator(bounces, points)
-    chart = _load(_lit_chart(scene, source, palette, sensor, integrator, bounces))
-    witnessed = _load(_witness(scene, sensor, integrator)) if witness else None
-    area = np.array([np.trapezoid(palette.film[c], palette.film_nm) for c in CHANNELS])
-    seen_open = open_fraction(scene) if witness else np.ones(())
-    scale = (_detector_factor(scene) * seen_open)[..., None] * palette.white
+    passes = _passes(scene, source, curves, wavelengths, sampler, integrator, bounces, witness)
+    scale = _scale(scene, source, curves, witness) * np.concatenate([p.white for p in passes])
     clear = panels(scene)
 
     sums, most = Sums(), BATCHES
     while sums.batches < most:
         word = _seed(seed, source.name, sums.batches)
-        seen = _image(chart, per_batch, word)
-        sums.add(seen, _image(witnessed, per_batch, word) if witness else area)
+        seen, known = (
+            np.concatenate(parts, axis=-1)
+            for parts in zip(*(one.batch(per_batch, word) for one in passes), strict=True)
+        )
+        sums.add(seen, known)
         if progress is not None:
             progress(sums.batches, most)
         if sums.batches == most and noise is not None:
@@ -150,6 +158,84 @@ def render(
         noise=dict(zip(CHANNELS, reached, strict=True)),
     )
     return rate_image(rate, variance, header)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pass:
+    """Channels that are rendered together: the chart, and what the witness sees or should see.
+
+    Attributes:
+        chart, witness: Mitsuba's scenes.
+        area: what stands in for a witness that is not there, by channel.
+        white: see `Palette`.
+    """
+
+    chart: Any
+    witness: Any
+    area: Array
+    white: Array
+
+    def batch(self, samples: int, word: int) -> tuple[Array, Array]:
+        """One batch of the chart and of the witness, (H, W, C)."""
+        seen = _image(self.chart, samples, word)
+        if self.witness is None:
+            return seen, np.broadcast_to(self.area, seen.shape)
+        return seen, _image(self.witness, samples, word)
+
+
+def _passes(
+    scene: Scene,
+    lamp: Lamp,
+    curves: Mapping[str, Spectrum],
+    wavelengths: Wavelengths,
+    sampler: Sampler,
+    integrator: dict[str, Any],
+    bounces: int,
+    witness: bool,
+) -> list[Pass]:
+    """All channels at once; a real lens with integrated colour, one after the other."""
+    if wavelengths == "sampled":
+        palette = sampled(scene, lamp, curves)
+        film_nm = palette.film_nm
+        colours = [(palette, np.linspace(film_nm[0], film_nm[-1], QUANTILES), True)]
+    elif scene.lens.kind == "thin":
+        colours = [(integrated(scene, lamp, curves), np.zeros(0), False)]
+    else:
+        colours = [(*single(scene, lamp, curves, channel), False) for channel in CHANNELS]
+    result = []
+    for palette, true_nm, one_wavelength in colours:
+        if scene.lens.kind == "thin":
+            sensor = _sensor(scene, palette, sampler)
+        else:
+            sensor = _real_sensor(scene, palette, sampler, true_nm, one_wavelength)
+        chart = _load(_lit_chart(scene, lamp, palette, sensor, integrator, bounces))
+        names = [channel for channel in CHANNELS if channel in palette.film]
+        result.append(
+            Pass(
+                chart=chart,
+                witness=_load(_witness(scene, sensor, integrator)) if witness else None,
+                area=np.array([np.trapezoid(palette.film[c], palette.film_nm) for c in names]),
+                white=palette.white,
+            )
+        )
+    _LENSES.clear()
+    return result
+
+
+def _scale(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum], witness: bool) -> Array:
+    """From radiance to power on a pixel in m2 sr, (H, W, 1 or 3): what the witness should see."""
+    if scene.lens.kind == "thin":
+        seen_open = open_fraction(scene) if witness else np.ones(())
+        return (_detector_factor(scene) * seen_open)[..., None]
+    known = real_field(scene)
+    assert known is not None
+    pixel_m2 = (scene.detector.pitch_um * 1e-6) ** 2 * scene.lens.transmission
+    if not witness:
+        return np.asarray(pixel_m2 * known.etendue[0].mean())[None, None, None]
+    radius_m = np.hypot(*_places_m(scene))
+    weights = channel_weights(lamp, curves, WAVELENGTHS_NM)
+    etendue = [smooth(known.radius_m, known.etendue @ w, radius_m, odd=False) for w in weights]
+    return pixel_m2 * np.stack(etendue, axis=-1)
 
 
 def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Array, Array]:
@@ -248,13 +334,22 @@ def _image(scene: Any, samples: int, word: int) -> Array:
 
 def _detector_factor(scene: Scene) -> Array:
     """From radiance to power on a pixel in m2 sr, (H, W): aperture / v^2, cos^4, pixel area."""
-    detector, lens = scene.detector, scene.lens
-    pitch_m, image_m = detector.pitch_um * 1e-6, lens.image_distance_m
-    columns = (np.arange(detector.width_px) - (detector.width_px - 1) / 2) * pitch_m
-    rows = (np.arange(detector.height_px) - (detector.height_px - 1) / 2) * pitch_m
-    slant2 = 1 + (columns[None, :] ** 2 + rows[:, None] ** 2) / image_m**2
+    lens = scene.lens
+    image_m = lens.image_distance_m
+    pitch_m = scene.detector.pitch_um * 1e-6
+    right_m, up_m = _places_m(scene)
+    slant2 = 1 + (right_m**2 + up_m**2) / image_m**2
     on_axis = math.pi * (lens.aperture_radius_m / image_m) ** 2 * pitch_m**2 * lens.transmission
     return np.asarray(on_axis / slant2**2)
+
+
+def _places_m(scene: Scene) -> tuple[Array, Array]:
+    """The middle of each pixel, to the right (1, W) and up (H, 1) from the centre, in m."""
+    detector = scene.detector
+    pitch_m = detector.pitch_um * 1e-6
+    columns = (np.arange(detector.width_px) - (detector.width_px - 1) / 2) * pitch_m
+    rows = (np.arange(detector.height_px) - (detector.height_px - 1) / 2) * pitch_m
+    return np.asarray(columns)[None, :], -np.asarray(rows)[:, None]
 
 
 def _even_curve(nm: Array, value: Array) -> dict[str, Any]:
@@ -272,15 +367,6 @@ def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
     lens, detector = scene.lens, scene.detector
     half_width_m = detector.width_px * detector.pitch_um * 1e-6 / 2
     nearest_mm = lens.barrel.distance_mm if lens.barrel else 1.0
-    film: dict[str, Any] = {
-        "type": "specfilm",
-        "width": detector.width_px,
-        "height": detector.height_px,
-        "component_format": "float32",
-        "rfilter": {"type": "box"},
-    }
-    for channel, values in palette.film.items():
-        film[f"srf_{channel}"] = _even_curve(palette.film_nm, values)
     return {
         "type": "thinlens",
         "fov": 2 * math.degrees(math.atan(half_width_m / lens.image_distance_m)),
@@ -294,9 +380,129 @@ def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
             np.zeros(3),
             np.array([0.0, 1.0, 0.0]),
         ),
-        "film": film,
+        "film": _film(scene, palette),
         "sampler": {"type": sampler},
     }
+
+
+def _film(scene: Scene, palette: Palette) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "type": "specfilm",
+        "width": scene.detector.width_px,
+        "height": scene.detector.height_px,
+        "component_format": "float32",
+        "rfilter": {"type": "box"},
+    }
+    for channel, values in palette.film.items():
+        result[f"srf_{channel}"] = _even_curve(palette.film_nm, values)
+    return result
+
+
+def _real_sensor(
+    scene: Scene, palette: Palette, sampler: Sampler, true_nm: Array, one_wavelength: bool
+) -> dict[str, Any]:
+    """A camera whose rays go through the surfaces of a real lens.
+
+    `true_nm` are the wavelengths that bend, evenly along the film; with `one_wavelength` the four
+    of a path are made one, else they differ in name alone.
+    """
+    key = len(_LENSES)
+    _LENSES[key] = (scene, palette.film_nm[[0, -1]], true_nm, one_wavelength)
+    return {
+        "type": _traced_lens(),
+        "key": key,
+        "film": _film(scene, palette),
+        "sampler": {"type": sampler},
+    }
+
+
+_LENSES: dict[int, tuple[Scene, Array, Array, bool]] = {}
+"""What a plugin is made of: Mitsuba hands numbers to it, but no objects of ours."""
+
+
+@functools.cache
+def _traced_lens() -> str:
+    """The name of the sensor that traces real lenses."""
+    import drjit as dr
+
+    maths = Maths(sqrt=dr.sqrt, select=dr.select)
+
+    def table(values: Array) -> Any:
+        return mi.Float(np.ascontiguousarray(values.ravel(), dtype=np.float32))
+
+    def look_up(values: Any, cell: Any, part: Any, size: int, row: int) -> Any:
+        low = dr.gather(mi.Float, values, cell + row * size)
+        return dr.lerp(low, dr.gather(mi.Float, values, cell + row * size + 1), part)
+
+    def cell_of(position: Any, size: int) -> tuple[Any, Any]:
+        cell = dr.clip(mi.UInt32(position), 0, size - 2)
+        return cell, position - mi.Float(cell)
+
+    class TracedLens(mi.Sensor):
+        """Rays from the film through a prescription; see `real_lens`."""
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            scene, ends_nm, true_nm, self.one_wavelength = _LENSES[int(properties["key"])]
+            known = real_field(scene)
+            assert known is not None
+            self.lens = mounted(scene.lens)
+            self.pupils = pupils(self.lens, known)
+            self.distance_m = scene.camera_distance_m
+            pitch_m = scene.detector.pitch_um * 1e-6
+            self.size_m = scene.detector.width_px * pitch_m, scene.detector.height_px * pitch_m
+            self.ends_nm, self.colours = ends_nm, true_nm.size
+            self.true_nm = table(true_nm)
+            self.radii = len(self.pupils.ellipse)
+            self.ellipses = table(self.pupils.ellipse.T)
+            self.indices = table(self.pupils.indices)
+            self.m_needs_sample_3 = True
+
+        def sample_ray(
+            self, time: Any, colour: Any, position: Any, aperture: Any, active: Any = True
+        ) -> tuple[Any, Any]:
+            wavelengths, weight = self.sample_wavelengths(
+                dr.zeros(mi.SurfaceInteraction3f), colour, active
+            )
+            first = wavelengths[0]
+            if self.one_wavelength:
+                wavelengths = type(wavelengths)(first)
+                weight = type(weight)(weight[0])
+            low, high = (float(nm) for nm in self.ends_nm)
+            cell, part = cell_of((first - low) / (high - low) * (self.colours - 1), self.colours)
+            nm = look_up(self.true_nm, cell, part, self.colours, 0)
+            step = float(INDEX_NM[1] - INDEX_NM[0])
+            cell, part = cell_of((nm - float(INDEX_NM[0])) / step, INDEX_NM.size)
+            count = len(self.lens.surfaces) + 1
+            indices = [look_up(self.indices, cell, part, INDEX_NM.size, n) for n in range(count)]
+            right = (position.x - 0.5) * self.size_m[0]
+            up = (0.5 - position.y) * self.size_m[1]
+            along = dr.sqrt(right * right + up * up) / self.pupils.radius_m * (self.radii - 1)
+            cell, part = cell_of(along, self.radii)
+            ellipse = [look_up(self.ellipses, cell, part, self.radii, n) for n in range(4)]
+            point = mi.warp.square_to_uniform_disk_concentric(aperture)
+            rays, share = leave(
+                self.lens, self.pupils, (right, up), (point.x, point.y), ellipse, indices, maths
+            )
+            alive = rays.alive & active
+            origin = mi.Point3f(rays.x, rays.y, rays.z + self.distance_m) * MM_PER_M
+            direction = mi.Vector3f(rays.dx, rays.dy, rays.dz)
+            ray = mi.Ray3f(
+                dr.select(alive, origin, mi.Point3f(0, 0, self.distance_m * MM_PER_M)),
+                dr.select(alive, dr.normalize(direction), mi.Vector3f(0, 0, -1)),
+                time,
+                wavelengths,
+            )
+            return ray, weight * dr.select(alive, share, 0.0)
+
+        def sample_ray_differential(
+            self, time: Any, colour: Any, position: Any, aperture: Any, active: Any = True
+        ) -> tuple[Any, Any]:
+            ray, weight = self.sample_ray(time, colour, position, aperture, active)
+            return mi.RayDifferential3f(ray), weight
+
+    mi.register_sensor("traced_lens", lambda properties: TracedLens(properties))
+    return "traced_lens"
 
 
 def _witness(scene: Scene, sensor: dict[str, Any], integrator: dict[str, Any]) -> dict[str, Any]:

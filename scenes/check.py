@@ -9,7 +9,7 @@ import numpy as np
 from foundation.errors import unknown
 from scenes.errors import SceneError
 from scenes.geometry import mirror_point_m, panels, place_m, turn
-from scenes.imaging import largest_slope
+from scenes.imaging import largest_slope, real_field
 from scenes.lamps import axes, emission
 from scenes.patches import COLUMNS, ROWS, patches
 from scenes.photometry import read_ies
@@ -41,6 +41,16 @@ def refuse_impossible(scene: Scene) -> None:
 
 def _lens(scene: Scene) -> None:
     lens = scene.lens
+    if (lens.kind == "real") != (lens.prescription is not None):
+        raise SceneError(
+            f"a lens of kind '{lens.kind}' with{'out' * (lens.prescription is None)} prescription",
+            "expected a prescription of a real lens, and of no other",
+            "change kind or prescription",
+        )
+    if lens.kind == "real" and lens.barrel is not None:
+        raise SceneError(
+            "a real lens with a barrel", "expected its own rims alone", "remove barrel"
+        )
     focal_length_m = lens.focal_length_mm * 1e-3
     for what, distance_m in (
         ("focus_distance_m", lens.focus_distance_m),
@@ -52,6 +62,7 @@ def _lens(scene: Scene) -> None:
                 "expected more than the focal length, or the lens forms no image",
                 f"increase {what}",
             )
+    real_field(scene)
     if lens.barrel is None:
         return
     aperture_mm = lens.aperture_radius_m * 1e3

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from foundation.errors import unknown
 from foundation.panel import Panel
 from scenes.errors import SceneError
-from scenes.imaging import blur_diameter_px, image_radius_m
+from scenes.imaging import blur_diameter_px, edge_margin_px, image_radius_m
 from scenes.patches import GREY_ROW, PANEL_NAMES, Rectangle, patches
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def panels(scene: Scene) -> tuple[Panel, ...]:
             (x, y) for x in (where.left_m, where.right_m) for y in (where.bottom_m, where.top_m)
         ]
         lower_left, upper_left, lower_right, upper_right = (project(scene, *at) for at in corners)
-        inset_px = max(blur_diameter_px(scene, place_m(scene, *at)) for at in corners)
+        inset_px = max(edge_margin_px(scene, place_m(scene, *at)) for at in corners)
         left, right = max(lower_left[0], upper_left[0]), min(lower_right[0], upper_right[0])
         top, bottom = max(upper_left[1], upper_right[1]), min(lower_left[1], lower_right[1])
         x, y = math.ceil(left + inset_px), math.ceil(top + inset_px)
