@@ -199,7 +199,7 @@ def _cluster() -> Iterator[tuple[str, float, float | None]]:
         f"faster with two workers than with one: {real.frames / took[2]:.0f} frames/s against"
         f" {real.frames / took[1]:.0f}, {rss:.0f} MB a worker, {cores} cores"
     )
-    yield what, took[1] / took[2], FASTER if cores >= 4 else None
+    yield what, took[1] / took[2], FASTER if cores >= 2 else None
 
 
 def _resident_mb(process: subprocess.Popen[bytes]) -> float:
