@@ -8,9 +8,11 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from foundation.documents import read_text
 from foundation.errors import InputError
 from foundation.output import CHECKSUMS, LINE, sha256
+
+MOST_IN_A_LINE = 8192
+"""Characters of a line beyond which it is no path."""
 
 
 class DamageError(InputError):
@@ -32,8 +34,8 @@ def verify(folder: Path, progress: Callable[[int], None] = lambda files: None) -
     not on the list, by its name. Nothing is followed out of the folder.
 
     Raises:
-        DamageError: for the first file that is amiss, with the number of others.
-        DocumentError: when there is no list, or it is none.
+        DamageError: for the first file that is amiss, with the number of others; or when there is
+            no list, or it is none.
     """
     if not folder.is_dir():
         raise InputError(f"no folder {folder}", f"expected one with {CHECKSUMS}", "check the path")
@@ -71,6 +73,24 @@ def verify(folder: Path, progress: Callable[[int], None] = lambda files: None) -
     return Whole(files=len(checked), size_bytes=size)
 
 
+def _lines(path: Path) -> Iterator[str]:
+    """The lines of a list, which may be long: half a million for ten million frames."""
+    try:
+        with path.open(encoding="utf-8") as stream:
+            while line := stream.readline(MOST_IN_A_LINE):
+                yield line.removesuffix("\n")
+    except OSError as problem:
+        raise DamageError(
+            f"cannot read {path} ({problem.strerror or problem})",
+            "expected the list of checksums of a finished folder",
+            "check the path and its permissions",
+        ) from None
+    except UnicodeDecodeError:
+        raise DamageError(
+            f"{path} is not text", "expected UTF-8", "copy the folder again, or make it anew"
+        ) from None
+
+
 def _sum_or_reason(path: Path) -> str:
     try:
         if path.is_symlink() or not path.is_file():
@@ -92,12 +112,12 @@ def read_checksums(folder: Path) -> dict[str, str]:
     """The list of checksums of a folder: SHA-256 by path.
 
     Raises:
-        DamageError: for a line that is none, a path listed twice or one that leaves the folder.
-        DocumentError: when the list is missing or no text.
+        DamageError: for a list that is missing or no text, a line that is none, a path listed
+            twice or one that leaves the folder.
     """
     path = folder / CHECKSUMS
     sums: dict[str, str] = {}
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
+    for number, line in enumerate(_lines(path), start=1):
         match = LINE.fullmatch(line)
         name = match[2] if match else ""
         steps = PurePosixPath(name)

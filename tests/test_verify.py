@@ -12,7 +12,7 @@ import pytest
 
 from foundation.errors import InputError
 from foundation.output import CHECKSUMS, new_folder
-from foundation.verification import verify
+from foundation.verification import read_checksums, verify
 from tests.conftest import Run
 
 
@@ -103,3 +103,12 @@ def test_no_folder(run: Run, tmp_path: Path) -> None:
 
 def test_what_a_command_wrote_is_whole(small_capture: Path) -> None:
     assert verify(small_capture).files == 6
+
+
+def test_a_list_may_be_long(tmp_path: Path) -> None:
+    """Ten million frames are half a million files: a list of 66 MB."""
+    line = f"{ZEROS}  train/i400-b00000-f0-e0/incandescent-0.25-30ms-"
+    (tmp_path / CHECKSUMS).write_text("".join(f"{line}{k}.npy\n" for k in range(150_000)))
+    assert len(read_checksums(tmp_path)) == 150_000
+    with pytest.raises(InputError, match=r"is missing \(149999 more"):
+        verify(tmp_path)

@@ -8,6 +8,7 @@ shard is the same whoever makes it, alone or among thousands.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,7 @@ def test_bodies(spec: Spec, camera: str) -> set[int]:
     return set(order[: spec.test_bodies])
 
 
+@functools.lru_cache(maxsize=1024)
 def camera_of(spec: Spec, camera: int, variant: int) -> Camera:
     """A camera with a variant of effects, of no body in particular."""
     made = camera_file.load(spec.cameras[camera])
