@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from analysis.bias import domain
 from analysis.methods import method as method_named
 from analysis.parameters import NoiseParameters
-from analysis.round_trip import Row, Truth, round_trip
+from analysis.round_trip import Row, round_trip
 from camtruth.simulating import grey_panels, rates_of
+from foundation.jobs import run
 from foundation.panel import Panel
 from render.rate import RateImage
 from sensor.camera import Camera
@@ -53,6 +58,8 @@ def roundtrip(
     seeds: Sequence[int],
     methods: Sequence[str] = (DEFAULT_METHOD,),
     panels: Sequence[Panel] | None = None,
+    scheduler: str | None = None,
+    threads: int | None = None,
     progress: Callable[[int], None] = lambda seeds: None,
 ) -> tuple[Row, ...]:
     """Truth against estimate over camera bodies: bias, its standard error, and coverage.
@@ -67,18 +74,43 @@ def roundtrip(
         seeds: seeds of the bodies and of their noise.
         methods: names of estimators.
         panels: areas to analyse; the middle of the grey panels by default.
+        scheduler: address of a Dask scheduler; this process by default.
+        threads: bodies at once in this process; one per core by default.
         progress: told the number of seeds just finished.
     """
-    estimators = [method_named(name) for name in methods]
+    for name in methods:
+        method_named(name)
     areas = grey_panels(images) if panels is None else tuple(panels)
     small, rates, moved = panels_only(camera, rates_of(images), areas)
     truth = population(camera, max(shot.exposure_s for shot in protocol.shot))
 
-    def trips() -> Iterator[tuple[Truth, NoiseParameters]]:
-        for seed in seeds:
-            taken = record(small.with_body(seed), protocol, rates, seed=seed, panels=moved)
-            for estimate in estimators:
-                yield truth, estimate(taken)
-            progress(1)
+    trips = Trips(
+        camera=small, protocol=protocol, rates=rates, methods=tuple(methods), panels=moved
+    )
+    found = run(
+        _trip,
+        {str(seed): seed for seed in seeds},
+        shared=trips,
+        scheduler=scheduler,
+        threads=threads,
+        progress=progress,
+    )
+    return round_trip((truth, each) for answers in found.values() for each in answers)
 
-    return round_trip(trips())
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trips:
+    """What all round trips of a table share."""
+
+    camera: Camera
+    protocol: Protocol
+    rates: Mapping[str, NDArray[np.float32]]
+    methods: tuple[str, ...]
+    panels: tuple[Panel, ...]
+
+
+def _trip(shared: Trips, seed: int) -> tuple[NoiseParameters, ...]:
+    """What every method makes of one body's frames."""
+    body = shared.camera.with_body(seed)
+    taken = record(body, shared.protocol, shared.rates, seed=seed, panels=shared.panels)
+    return tuple(method_named(name)(taken) for name in shared.methods)

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 @options.noise
 @options.samples
 @options.seed("Seed of the first body; the others follow.")
+@options.scheduler
 @options.as_json
 def command(
     seeds: int,
@@ -56,6 +57,7 @@ def command(
     noise: float | None,
     samples: int,
     seed: int,
+    scheduler: str | None,
     as_json: bool,
 ) -> None:
     """Bias and coverage of every noise parameter.
@@ -84,6 +86,7 @@ def command(
             images,
             seeds=range(seed, seed + seeds),
             methods=methods,
+            scheduler=scheduler,
             progress=advance,
         )
     if as_json:
