@@ -28,6 +28,7 @@ def render(
     noise: float | None = None,
     samples: int = SAMPLES,
     seed: int = 0,
+    bounces: int = 0,
     watch: Watch = _unwatched,
 ) -> dict[str, RateImage]:
     """Render a scene under each lamp by itself: photo-electrons per second at lamp level 1.
@@ -38,6 +39,7 @@ def render(
         noise: relative standard error to reach inside every panel, with more samples if needed.
         samples: light paths per pixel.
         seed: seed of the light paths.
+        bounces: how often light may be thrown back before it reaches a panel; 0 is direct light.
         watch: shows progress.
 
     Raises:
@@ -55,6 +57,7 @@ def render(
                 noise=noise,
                 samples=samples,
                 seed=seed,
+                bounces=bounces,
                 progress=_each(advance),
             )
     return images

@@ -10,12 +10,11 @@ import json
 import sys
 from pathlib import Path
 
-from camtruth.preview import srgb
 from camtruth.report.curves import figures
 from docs.effect_figures import write_figures
 from docs.effects_page import catalogue_page
 from foundation.output import new_file
-from render.preview import srgb as balanced
+from render.preview import balanced, srgb
 from render.rate import read_rate
 from sensor.capture_folder import TRUTH, read_capture
 

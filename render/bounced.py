@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from render.closed_form import UP, irradiance_factor
+from render.rate import RateImage
 from scenes.lamp import Lamp
 from scenes.scene import Scene
 
 Array = NDArray[np.float64]
 
+GREEN = 1
 NODES = 40
 """Gaussian nodes along each side of the table and the walls: right to 1e-6 a panel away."""
 
@@ -56,3 +58,22 @@ def _sides(scene: Scene) -> list[tuple[Array, Array, Array, Array]]:
         (np.array([-half, low, 0.0]), booth.height_m * y, depth, x),
         (np.array([half, low, 0.0]), booth.height_m * y, depth, -x),
     ]
+
+
+def added_light(direct: RateImage, bounced: RateImage) -> list[tuple[str, float, float]]:
+    """For each panel its name, what bounces add to direct light in green, relative, and the
+    standard error of that.
+    """
+    rows = []
+    for panel in direct.header.panels:
+        before, after = (
+            image.rate_e_per_s[panel.window][..., GREEN].mean(dtype=np.float64)
+            for image in (direct, bounced)
+        )
+        variance = sum(
+            image.variance[panel.window][..., GREEN].mean(dtype=np.float64)
+            for image in (direct, bounced)
+        )
+        error = np.sqrt(variance / (panel.w * panel.h)) / before
+        rows.append((panel.name, float(after / before - 1), float(error)))
+    return rows

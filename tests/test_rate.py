@@ -172,7 +172,7 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
 def test_the_preview_shows_the_white_panel_neutral() -> None:
     rate = np.broadcast_to([100.0, 200.0, 50.0], (8, 8, 3)).copy()
     rate[:, 6:] *= 0.2
-    picture = preview.srgb(rate_image(rate, rate * 0, HEADER))
+    picture = preview.balanced(rate_image(rate, rate * 0, HEADER))
     assert picture.dtype == np.uint8
     # sRGB of 0.9 and of 0.18, IEC 61966-2-1
     assert (picture[:, :6] == round(255 * (1.055 * 0.9 ** (1 / 2.4) - 0.055))).all()

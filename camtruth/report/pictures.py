@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camtruth.preview import png, srgb
 from foundation.panel import Panel
-from render import preview
+from render.preview import balanced, png, srgb
 from render.rate import RateImage
 from sensor.frames import Capture, Frames
 
@@ -29,7 +28,7 @@ def rendered(images: Mapping[str, RateImage], panels: tuple[Panel, ...]) -> list
     """Each rate image to look at, with the analysed areas to outline."""
     return [
         {
-            "url": data_url(preview.srgb(image)),
+            "url": data_url(balanced(image)),
             "lamp": lamp,
             "width": image.rate_e_per_s.shape[1],
             "height": image.rate_e_per_s.shape[0],
