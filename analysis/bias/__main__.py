@@ -15,7 +15,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from analysis.bias import causes, sweeps
+import numpy as np
+
+from analysis.bias import causes, failures, sweeps
 from analysis.bias.coverage import bench, rows, scaled, trip
 from analysis.bias.experiment import measure, run_cell
 from analysis.bias.setting import Setting
@@ -32,7 +34,7 @@ RESULTS = Path("docs/results")
 def main() -> None:
     """Run what the words ask for, and write the figures that the page shows."""
     parser = argparse.ArgumentParser(prog="python -m analysis.bias", description=__doc__)
-    parser.add_argument("what", choices=["coverage", "cells", "debias"])
+    parser.add_argument("what", choices=["coverage", "cells", "debias", "failures"])
     parser.add_argument("--camera", default="i400")
     parser.add_argument("--raw", action="store_true")
     parser.add_argument("--seeds", type=int, default=2000)
@@ -40,7 +42,9 @@ def main() -> None:
     parser.add_argument("--scheduler")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
-    {"coverage": coverage, "cells": cells, "debias": debias}[options.what](options)
+    {"coverage": coverage, "cells": cells, "debias": debias, "failures": failing}[options.what](
+        options
+    )
 
 
 def coverage(options: argparse.Namespace) -> None:
@@ -118,6 +122,23 @@ def debias(options: argparse.Namespace) -> None:
     publish(
         "i400-debiased",
         {"seeds": options.seeds, "found": found, "simulated": simulated, "answers": answers},
+    )
+
+
+def failing(options: argparse.Namespace) -> None:
+    """Cases that go wrong, and where codes tell their noise."""
+    seeds = range(options.seeds)
+    publish(
+        "failures",
+        {
+            "seeds": options.seeds,
+            "ramps": failures.ramps(seeds),
+            "none_at_all": failures.none_at_all(seeds),
+            "rounding": failures.rounding((0.35, 0.5, 0.7, 1.0, 1.5, 2.5)),
+            "tell_map": failures.tell_map(
+                np.geomspace(0.1, 2.0, 14), np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0])
+            ),
+        },
     )
 
 

@@ -29,11 +29,13 @@ class Cause:
     Attributes:
         words: what is to blame.
         technique, setting: what is measured and how when it is switched off.
+        beside: name of the technique that it is compared with in the paper's case.
     """
 
     words: str
     technique: Technique = PRINTED
     setting: Setting = dataclasses.field(default_factory=Setting)
+    beside: str = "printed"
 
 
 CAUSES: Mapping[str, Cause] = {
@@ -63,8 +65,10 @@ CAUSES: Mapping[str, Cause] = {
         technique=Technique(above_black=True),
     ),
     "clipping": Cause(
-        words="dark frames clip at 0 DN",
+        words="dark frames clip at 0 DN (held against the mean above black, which moves with it)",
+        technique=Technique(above_black=True),
         setting=Setting(black_dn=20.0),
+        beside="black",
     ),
     "gradient": Cause(
         words="the lamp's gradient: shading and rounding of a ramp",
@@ -82,7 +86,11 @@ WHOLE = {"printed": PRINTED, "repaired": REPAIRED}
 
 def techniques() -> dict[str, Technique]:
     """Everything that is measured on each body: printed, each step exchanged alone, all of them."""
-    alone = {name: cause.technique for name, cause in CAUSES.items() if cause.technique != PRINTED}
+    alone = {
+        name: cause.technique
+        for name, cause in CAUSES.items()
+        if cause.technique != PRINTED and cause.beside == "printed"
+    }
     return WHOLE | alone
 
 
@@ -105,10 +113,10 @@ def shares(
     Returns:
         by cause: the change of the bias, its standard error, and the closed form's.
     """
-    base = cells[Setting().slug]["techniques"]["printed"][channel][key]
     found = {}
     for name, cause in CAUSES.items():
-        technique = name if cause.technique != PRINTED else "printed"
+        base = cells[Setting().slug]["techniques"][cause.beside][channel][key]
+        technique = name if name in techniques() else cause.beside
         off = cells[cause.setting.slug]["techniques"][technique][channel][key]
         change = np.array(base["each"]) - np.array(off["each"])
         se = float(change.std(ddof=1) / math.sqrt(change.size))

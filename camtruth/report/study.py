@@ -35,7 +35,7 @@ def page(rows: Rows, found: Mapping[str, Any], command: str) -> str:
         Section(
             title="Guidance",
             text=(GUIDANCE,),
-            tables=[_bits(found["guidance"]), _frames(found["guidance"])],
+            tables=[bits_table(found["guidance"]), frames_table(found["guidance"])],
         )
     )
     return sections_page(
@@ -64,7 +64,8 @@ GUIDANCE = (
 )
 
 
-def _bits(guidance: Rows) -> Table:
+def bits_table(guidance: Rows) -> Table:
+    """Bits for each gradient, lamp and estimator."""
     rows = []
     for of in guidance:
         cells = []
@@ -76,7 +77,8 @@ def _bits(guidance: Rows) -> Table:
     return Table(heads=heads, rows=rows)
 
 
-def _frames(guidance: Rows) -> Table:
+def frames_table(guidance: Rows) -> Table:
+    """Frames for each gradient and lamp."""
     own = [of for of in guidance if of["method"] in ("corrected", "photon_transfer")]
     electrons = list(own[0]["frames"]) if own else []
     rows = [
