@@ -44,6 +44,32 @@ def _bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
         yield lambda parts: bar.advance(task, parts)
 
 
+@contextlib.contextmanager
+def telling(what: str, steps: int) -> Iterator[Callable[[str], None]]:
+    """Show what goes on: call what this gives with the name of the step that begins.
+
+    Args:
+        what: the whole.
+        steps: roughly how many there are, from which the time left is told.
+    """
+    started = time.monotonic()
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(what, total=steps)
+
+            def say(step: str) -> None:
+                bar.update(task, description=f"{what}: {step}", advance=1)
+
+            yield say
+    else:
+        yield lambda step: None
+    print(f"{what}: {time.monotonic() - started:.1f} s", file=sys.stderr)
+
+
 def print_json(document: Any) -> None:
     """A document on standard output, as strict JSON."""
     print(json.dumps(document, indent=1, allow_nan=False))

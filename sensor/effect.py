@@ -69,6 +69,7 @@ class Parameter:
         identity: the value at which the effect does nothing, if this parameter is its strength.
         per_colour: whether it may differ between R, G and B.
         whole: whether only whole numbers have a meaning: a choice, a number of bits.
+        starts: values from which a search for it should begin, where the default is not enough.
         doc: one line.
     """
 
@@ -81,6 +82,7 @@ class Parameter:
     per_colour: bool
     doc: str
     whole: bool = False
+    starts: tuple[float, ...] = ()
 
 
 def parameter(
@@ -93,6 +95,7 @@ def parameter(
     identity: float | None = None,
     per_colour: bool = False,
     whole: bool = False,
+    starts: tuple[float, ...] = (),
 ) -> Any:
     """Declare a parameter of an effect; see `Parameter`."""
     metadata = {
@@ -102,6 +105,7 @@ def parameter(
         "identity": identity,
         "per_colour": per_colour,
         "whole": whole,
+        "starts": starts,
         "doc": doc,
     }
     return dataclasses.field(default=default, metadata=metadata)

@@ -40,6 +40,7 @@ class Jpeg(Effect):
         minimum=1.0,
         maximum=100.0,
         whole=True,
+        starts=(97.0, 93.0, 88.0, 80.0, 65.0, 40.0, 15.0),
         doc="libjpeg's quality: 100 has steps of 1, 50 the tables of the standard",
     )
 

@@ -51,6 +51,7 @@ class LampFlicker(Effect):
         unit="Hz",
         minimum=45.0,
         maximum=65.0,
+        starts=(50.0, 60.0),
         doc="frequency of the mains; light has twice it",
     )
 

@@ -1,0 +1,144 @@
+"""The base camera: the figures of the paper's model that every capture is calibrated to.
+
+    DN = black + gain x (charge x (1 + PRNU) + shot noise of charge and dark charge) + FPN + read
+
+Noise figures are kept as variances in DN^2: an estimate of a variance may come out below zero by
+chance, and what is left out of one of them is taken up by another without a bend.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sensor.camera import Camera
+from sensor.catalogue import catalogue
+from sensor.colours import Colours
+from sensor.frames import Frames, Pixels
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Base:
+    """A calibrated camera and the level of its light.
+
+    Attributes:
+        channels: R, G, B, or Y alone.
+        gain_dn_per_e: conversion, per channel.
+        read_dn2: variance of the read noise, per channel.
+        fpn_dn2: variance of the fixed offsets, per channel.
+        prnu2: variance of the response relative to its mean, per channel.
+        black_dn: black level.
+        dark_e_per_s: dark current that the black level does not show.
+        level: electrons per unit of the light, by lamp, each per channel.
+    """
+
+    channels: tuple[str, ...]
+    gain_dn_per_e: Floats
+    read_dn2: Floats
+    fpn_dn2: Floats
+    prnu2: Floats
+    black_dn: float
+    dark_e_per_s: float
+    level: Mapping[str, Floats]
+
+    def moved(self, name: str, channel: int | None, by: float) -> Base:
+        """The base with one figure changed; variances stay above zero, `gain` and `level` factors.
+
+        Args:
+            name: gain, read, fpn, prnu, dark, black, or level:LAMP.
+            channel: index of the channel; None for all, and for figures without one.
+            by: logarithm of the factor for gain and level; the addition for all others.
+        """
+        step = np.zeros(len(self.channels))
+        step[slice(None) if channel is None else channel] = by
+        if name.startswith("level:"):
+            lamp = name.removeprefix("level:")
+            return dataclasses.replace(
+                self, level={**self.level, lamp: self.level[lamp] * np.exp(step)}
+            )
+        match name:
+            case "gain":
+                factor = np.exp(step)
+                # the picture stays as bright: fewer electrons at a higher gain
+                return dataclasses.replace(
+                    self,
+                    gain_dn_per_e=self.gain_dn_per_e * factor,
+                    level={lamp: level / factor for lamp, level in self.level.items()},
+                )
+            case "black":
+                return dataclasses.replace(self, black_dn=self.black_dn + by)
+            case "dark":
+                return dataclasses.replace(
+                    self, dark_e_per_s=float(np.clip(self.dark_e_per_s + by, 0, 9e4))
+                )
+            case _:
+                field = {"read": "read_dn2", "fpn": "fpn_dn2", "prnu": "prnu2"}[name]
+                values = np.maximum(getattr(self, field) + step, 0.0)
+                return dataclasses.replace(self, **{field: values})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """What is known of the camera without looking at its noise."""
+
+    height: int
+    width: int
+    pixels: Pixels
+    bits: int
+    cfa: str
+    name: str
+
+    @staticmethod
+    def of(frames: Frames, cfa: str, name: str) -> Body:
+        """The body that took these frames."""
+        return Body(
+            height=frames.height,
+            width=frames.width,
+            pixels=frames.pixels,
+            bits=frames.bits,
+            cfa=cfa,
+            name=name,
+        )
+
+
+def camera_of(base: Base, body: Body) -> Camera:
+    """The base camera as the sensor's model has it. Its light comes in electrons."""
+    gain = base.gain_dn_per_e
+
+    def colours(values: Floats) -> Colours:
+        by_name = dict(zip(base.channels, (float(v) for v in values), strict=True))
+        if "Y" in by_name:
+            return Colours.of(by_name["Y"])
+        return Colours(**{c: by_name.get(c, float(np.mean(values))) for c in "RGB"})
+
+    known = catalogue()
+    values: dict[str, dict[str, float | Colours]] = {
+        "prnu": {"ratio": colours(np.clip(np.sqrt(base.prnu2), 0, 0.2))},
+        "dark_shot": {"current_e_per_s": base.dark_e_per_s},
+        "photon_shot": {},
+        "fpn": {"sigma_e": colours(np.clip(np.sqrt(base.fpn_dn2) / gain, 0, 1000))},
+        "read_noise": {
+            "reset_e": 0.0,
+            "thermal_e": colours(np.clip(np.sqrt(base.read_dn2) / gain, 0, 1000)),
+            "other_e": 0.0,
+        },
+        "quantization": {},
+    }
+    if body.pixels == "rgb8":
+        values["demosaic"] = {}
+    return Camera(
+        name=body.name,
+        width=body.width,
+        height=body.height,
+        pixels=body.pixels,
+        bits=body.bits,
+        cfa=body.cfa,
+        gain_dn_per_e=colours(gain),
+        black_dn=base.black_dn,
+    ).plus(*(known[name].with_parameters(figures) for name, figures in values.items()))

@@ -1,0 +1,195 @@
+"""First figures of the base camera, by moments of the frames: where the fit begins.
+
+variance in time = read + gain (mean - black)            photon transfer
+mean             = black + gain level light exposure
+pattern          = FPN + PRNU^2 (mean - black)^2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from analysis.bias.rounding import rounded
+from analysis.gap.base import Base
+from analysis.gap.light import lamp_of
+from analysis.gap.observe import Observation, blocks
+from analysis.gap.twin import Scenery, exposure_of
+from sensor.camera import Camera
+
+Floats = NDArray[np.float64]
+
+ROUNDING_DN2 = 1 / 12
+LEAST_READ_DN2 = 0.01
+USUAL_GAIN_DN_PER_E = 0.015
+"""Of an 8-bit camera with 17 ke- full well; stands in where no light tells the gain."""
+
+
+def black_of(means: Mapping[float, float], lit: Mapping[float, list[float]]) -> float:
+    """Black level in DN: the shortest darks, or where the lit shots point to at no exposure.
+
+    Args:
+        means: mean of the darks by exposure.
+        lit: means of the lit shots by exposure x level.
+    """
+    if means:
+        return means[min(means)]
+    if len(lit) > 1:
+        x = np.array(list(lit))
+        slope, intercept = np.polyfit(x, [float(np.mean(v)) for v in lit.values()], 1)
+        return float(max(intercept, 0.0)) if slope > 0 else 0.0
+    return 0.0
+
+
+NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(15)
+WEIGHTS = WEIGHTS / WEIGHTS.sum()
+
+
+def behind_rounding(mean: float, in_time: float, pattern: float, top_dn: int) -> Floats:
+    """Black level, read variance and FPN variance of darks, from what rounding to DN left of them.
+
+    Offsets are normal over the pixels and noise is normal in time; their moments after rounding and
+    clipping are sums, and the three figures are those that give the three that were seen.
+
+    Args:
+        mean, in_time, pattern: mean in DN, variance in time and between pixels in DN^2.
+        top_dn: the largest pixel value.
+    """
+
+    def seen(figures: Floats) -> Floats:
+        black, read, fpn = figures
+        pixel = rounded(black + NODES * np.exp(fpn), np.exp(read), top_dn)
+        average = float(WEIGHTS @ pixel.mean_dn)
+        return np.array(
+            [
+                average - mean,
+                np.log((WEIGHTS @ np.square(pixel.sd_dn) + 1e-4) / (in_time + 1e-4)),
+                np.sqrt(WEIGHTS @ np.square(pixel.mean_dn - average)) - np.sqrt(max(pattern, 0.0)),
+            ]
+        )
+
+    start = [mean, np.log(np.sqrt(max(in_time, 0.05))), np.log(0.1)]
+    low = [mean - 1.0, np.log(0.02), np.log(0.003)]
+    high = [mean + 1.0, np.log(0.5 * top_dn + 1), np.log(0.1 * top_dn + 1)]
+    found = least_squares(seen, np.clip(start, low, high), bounds=(low, high)).x
+    return np.array([found[0], np.exp(2 * found[1]), np.exp(2 * found[2])])
+
+
+def first_guess(
+    seen: Observation, scenery: Scenery, nominal: Camera | None, black_dn: float
+) -> Base:
+    """A base by moments.
+
+    Args:
+        seen: the real capture.
+        scenery: its light and shots.
+        nominal: the camera that it is said to be; tells the gain where no light does.
+        black_dn: black level.
+    """
+    shots = {shot.label: shot for shot in scenery.shots}
+    mean = seen.means.mean(axis=(0, 3))
+    darks = [k for k, label in enumerate(seen.shots) if shots[label].dark]
+    lit = [k for k, label in enumerate(seen.shots) if not shots[label].dark]
+    count = len(seen.channels)
+    pattern = _figure(seen, "pattern", "pattern variance")
+    noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
+    read = np.full(count, max(0.05, 0.3 * float(noise.min())))
+    fpn = np.full(count, 0.01)
+    if darks:
+        k = min(darks, key=lambda k: shots[seen.shots[k]].exposure_s)
+        found = np.array(
+            [
+                behind_rounding(
+                    float(mean[k, c]),
+                    float(seen.noise[k, c]),
+                    float(pattern[k][c]),
+                    scenery.view.top_dn,
+                )
+                for c in range(count)
+            ]
+        )
+        black_dn, read, fpn = float(found[:, 0].mean()), found[:, 1], found[:, 2]
+    signal = np.maximum(mean - black_dn, 0.0)
+    if nominal is not None:
+        gain = np.resize(np.array(list(nominal.gain_dn_per_e)), count)
+    else:
+        gain = np.full(count, USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8))
+    if lit:
+        slope = (noise[lit] - read).sum(axis=0) / np.maximum(signal[lit].sum(axis=0), 1e-6)
+        gain = np.where(slope > 0.02 * gain, slope, gain)
+    prnu = np.full(count, 1e-4)
+    for c in range(count):
+        if lit:
+            by_shot = [pattern[k][c] * 1e-4 - fpn[c] / max(signal[k][c], 1) ** 2 for k in lit]
+            prnu[c] = float(np.clip(np.median(by_shot), 1e-6, 0.01))
+    return Base(
+        channels=seen.channels,
+        gain_dn_per_e=gain,
+        read_dn2=read,
+        fpn_dn2=fpn,
+        prnu2=prnu,
+        black_dn=black_dn,
+        dark_e_per_s=0.0,
+        level=levels(seen, scenery, black_dn, gain),
+    )
+
+
+def levels(seen: Observation, scenery: Scenery, black_dn: float, gain: Floats) -> dict[str, Floats]:
+    """Electrons per unit of light by lamp and channel, by least squares over the block means."""
+    light = light_blocks(scenery, seen)
+    top = scenery.view.top_dn
+    found: dict[str, Floats] = {}
+    for lamp in scenery.light.lamps:
+        above, below = np.zeros(len(seen.channels)), np.zeros(len(seen.channels))
+        for k, shot in enumerate(scenery.shots):
+            if shot.dark or lamp_of(shot) != lamp:
+                continue
+            for c in range(len(seen.channels)):
+                y = seen.means[:, k, c].mean(axis=0)
+                x = light[lamp][c] * exposure_of(shot)
+                good = y < 0.97 * top
+                above[c] += float(x[good] @ (y[good] - black_dn))
+                below[c] += float(x[good] @ x[good])
+        per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)
+        found[lamp] = np.maximum(per_unit, 1e-12) / gain
+    return found
+
+
+def light_blocks(scenery: Scenery, seen: Observation) -> dict[str, Floats]:
+    """The light of each lamp as the blocks see it, (channels, blocks)."""
+    return {
+        lamp: blocks_of(rate, scenery, seen.channels) for lamp, rate in scenery.light.rates.items()
+    }
+
+
+def blocks_of(rate: NDArray[np.float32], scenery: Scenery, channels: tuple[str, ...]) -> Floats:
+    """Block means of an image (H, W, 3) at the measured samples of each channel."""
+    rows = []
+    for channel in channels:
+        images = []
+        for lattice in scenery.view.lattices:
+            if lattice.channel != channel:
+                continue
+            plane = rate[None] if channel != "Y" else rate[None, ..., 1]
+            images.append(blocks(lattice.of(plane)[0], scenery.view.side).ravel())
+        rows.append(np.mean(images, axis=0))
+    return np.array(rows)
+
+
+def _figure(seen: Observation, family: str, statistic: str) -> list[Floats]:
+    """A statistic by shot, each per channel; 0 where a shot has none."""
+    total = np.zeros((len(seen.shots), len(seen.channels)))
+    number = np.zeros_like(total)
+    for key, value in zip(seen.keys, seen.figures.mean(axis=0), strict=True):
+        if (key.family, key.statistic) == (family, statistic):
+            where = seen.shots.index(key.shot), seen.channels.index(key.lattice[0])
+            total[where] += value
+            number[where] += 1
+    return list(total / np.maximum(number, 1))
+
+
+def _bits(scenery: Scenery) -> int:
+    return int(np.log2(scenery.view.top_dn + 1))

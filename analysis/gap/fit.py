@@ -1,0 +1,230 @@
+"""Calibrate the base camera to a capture: twins, the difference, the knobs, and again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.base import Base
+from analysis.gap.nuisance import Calibration, Directions, calibration, directions
+from analysis.gap.observe import Key, Observation
+from analysis.gap.space import figure_variances, space_of
+from analysis.gap.texture import FAMILY, texture
+from analysis.gap.twin import Scenery, twin
+from sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+
+FIRST_SEED = 7_000_001
+"""Of the twins; a user's own capture has small seeds."""
+
+SEEDS = (FIRST_SEED, FIRST_SEED + 1)
+"""Of the twins that show what a change does."""
+
+
+def together(seen: Sequence[Observation]) -> Observation:
+    """Several observations of one plan as groups of one, with the keys that all have."""
+    shared = set(seen[0].keys).intersection(*(set(o.keys) for o in seen[1:]))
+    keys = tuple(key for key in seen[0].keys if key in shared)
+    return dataclasses.replace(
+        seen[0],
+        keys=keys,
+        figures=np.concatenate([with_keys(o, keys).figures for o in seen]),
+        means=np.concatenate([o.means for o in seen]),
+        noise=np.mean([o.noise for o in seen], axis=0),
+    )
+
+
+def with_keys(seen: Observation, keys: tuple[Key, ...]) -> Observation:
+    """The same with these keys alone; a figure that is missing is 0."""
+    if seen.keys == keys:
+        return seen
+    place = {key: index for index, key in enumerate(seen.keys)}
+    figures = np.zeros((seen.groups, len(keys)))
+    for index, key in enumerate(keys):
+        if key in place:
+            figures[:, index] = seen.figures[:, place[key]]
+    return dataclasses.replace(seen, keys=keys, figures=figures)
+
+
+def twins(scenery: Scenery, base: Base, count: int, effects: Sequence[Effect] = ()) -> Observation:
+    """As many bodies of a camera, a group of frames each."""
+    return together(
+        [twin(scenery, base, effects=effects, seed=FIRST_SEED + k) for k in range(count)]
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """A calibrated base and everything that is known around it.
+
+    Attributes:
+        base: the camera.
+        effects: what it has besides.
+        errors: standard errors of the knobs, by (name, channel).
+        scenery: light and shots.
+        bodies: its twins, with texture.
+        variances: of each figure of one group.
+        ways: what calibration can take up.
+        picture: calibration of one group's mean image, by which texture is read.
+    """
+
+    base: Base
+    effects: tuple[Effect, ...]
+    errors: dict[tuple[str, int | None], float]
+    scenery: Scenery
+    bodies: Observation
+    variances: Floats
+    ways: Directions
+    picture: Calibration
+
+    def calibration_for(self, seen: Observation) -> Calibration:
+        """The space in which a capture is compared, less what calibration takes up.
+
+        Args:
+            seen: the capture, textured.
+        """
+        space = space_of(
+            self.bodies, self.variances, self.base, self.scenery, seen.groups, seen=seen
+        )
+        return calibration(space, self.ways)
+
+    def calibration_of_twins(self) -> Calibration:
+        """The space in which its twins are compared with each other."""
+        space = space_of(self.bodies, self.variances, self.base, self.scenery, 1, floors=False)
+        return calibration(space, self.ways)
+
+    def textured(self, seen: Observation) -> Observation:
+        """An observation with the texture of its residual image, on this fit's keys."""
+        return with_keys(with_texture(seen, self.picture, self.scenery), self.bodies.keys)
+
+
+def with_texture(
+    seen: Observation, picture: Calibration, scenery: Scenery, fair: float = 1.0
+) -> Observation:
+    """An observation with figures of what is left of its mean images, group by group.
+
+    Args:
+        seen: the observation.
+        picture: the space of one group's mean image.
+        scenery: light and shots.
+        fair: factor of the residuals of those that are part of what they are compared with.
+    """
+    space = picture.space
+    plain = with_keys(seen, space.keys)
+    keys: list[Key] = []
+    rows = []
+    count = len(space.keys)
+    size = int(np.prod(space.shape))
+    for k in range(seen.groups):
+        left = picture.left(fair * space.of(plain, slice(k, k + 1)))[count : count + size]
+        images = left.reshape(space.shape)
+        found: list[tuple[Key, float]] = []
+        for s, shot in enumerate(scenery.shots):
+            for c, channel in enumerate(seen.channels):
+                for name, value in texture(images[s, c], seen.grid).items():
+                    key = Key(shot=shot.label, lattice=channel, family=FAMILY, statistic=name)
+                    found.append((key, value))
+        keys = [key for key, _ in found]
+        rows.append([value for _, value in found])
+    return dataclasses.replace(
+        plain,
+        keys=(*plain.keys, *keys),
+        figures=np.concatenate([plain.figures, np.array(rows)], axis=1),
+    )
+
+
+def fair(count: int) -> float:
+    """What the difference of one of so many from their mean lacks, against that of another."""
+    return float(np.sqrt((count + 1) / (count - 1)))
+
+
+def lit_by_label(scenery: Scenery) -> dict[str, bool]:
+    """Whether each shot is lit."""
+    return {shot.label: not shot.dark for shot in scenery.shots}
+
+
+STEPS = 3
+STEP_TWINS = 4
+MOST_GAIN_STEP = 0.4
+
+
+def refine(
+    start: Base,
+    seen: Observation,
+    scenery: Scenery,
+    effects: Sequence[Effect] = (),
+    *,
+    steps: int = STEPS,
+) -> Base:
+    """Gauss-Newton on the knobs against simulated frames: the base whose twins look like these.
+
+    Args:
+        start: by moments.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+        steps: iterations.
+    """
+    base = start
+    ways = directions(base, scenery, SEEDS, effects)
+    for step in range(steps):
+        bodies = twins(scenery, base, STEP_TWINS, effects)
+        both = with_keys(seen, bodies.keys)
+        variances = figure_variances(bodies, lit_by_label(scenery))
+        space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
+        if step == 1:  # the start may have been far off
+            ways = directions(base, scenery, SEEDS, effects)
+        amounts = calibration(space, ways).amounts(space.of(both, slice(None)))
+        base = turn(base, ways, amounts)
+    return base
+
+
+def turn(base: Base, ways: Directions, amounts: Floats, damping: float = 1.0) -> Base:
+    """A base with its knobs turned."""
+    for knob, amount in zip(ways.knobs, amounts, strict=False):
+        by = damping * float(amount)
+        if knob.name == "gain" or knob.name.startswith("level"):
+            by = float(np.clip(by, -MOST_GAIN_STEP, MOST_GAIN_STEP))
+        base = base.moved(knob.name, knob.channel, by)
+    return base
+
+
+TWINS = 16
+
+
+def around(base: Base, scenery: Scenery, groups: int, effects: Sequence[Effect] = ()) -> Fit:
+    """Everything around a model: twins, spreads, directions."""
+    lit = lit_by_label(scenery)
+    plain = twins(scenery, base, TWINS, effects)
+    variances = figure_variances(plain, lit)
+    ways = directions(base, scenery, SEEDS, effects)
+    picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), ways)
+    bodies = with_texture(plain, picture, scenery, fair(plain.groups))
+    extra = len(bodies.keys) - len(plain.keys)
+    ways = dataclasses.replace(
+        ways, figures=np.concatenate([ways.figures, np.zeros((len(ways.figures), extra))], axis=1)
+    )
+    variances = figure_variances(bodies, lit)
+    result = Fit(
+        base=base,
+        effects=tuple(effects),
+        errors={},
+        scenery=scenery,
+        bodies=bodies,
+        variances=variances,
+        ways=ways,
+        picture=picture,
+    )
+    space = space_of(bodies, variances, base, scenery, groups)
+    turned = calibration(space, ways)
+    covariance = turned.solve @ turned.solve.T
+    errors = {
+        (knob.name, knob.channel): float(np.sqrt(covariance[k, k]))
+        for k, knob in enumerate(ways.knobs)
+    }
+    return dataclasses.replace(result, errors=errors)

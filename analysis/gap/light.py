@@ -1,0 +1,167 @@
+"""The light that falls on the sensor in a capture: rate images by lamp.
+
+Where the rate image is stated it is taken, where the scene is it is rendered; otherwise the light
+is what the frames themselves show, and only what differs between shots of one lamp can be judged.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from colour_demosaicing import demosaicing_CFA_Bayer_bilinear
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from foundation.panel import Panel
+from render import path_traced
+from render.rate import RateImage
+from scenes import scene as scenes
+from sensor.errors import CaptureError
+from sensor.frames import Capture, Frames
+from sensor.protocol import DARK, Shot
+
+Rate = NDArray[np.float32]
+
+PATHS = 32
+"""Light paths per pixel of a rendered scene: 2e-4 of the light, far below what nobody knows of a
+real chart."""
+
+LEAST_CORRELATION = 0.8
+"""Between the frames and their light, lowest of all lamps; a scene that shows less is another."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Light:
+    """The light of a capture.
+
+    Attributes:
+        rates: photo-electrons per second at level 1 by lamp, (H, W, 3); in arbitrary units where
+            it was read from the frames.
+        panels: areas of one reflectance.
+        known: whether it comes from outside of the frames.
+        source: in words.
+    """
+
+    rates: Mapping[str, Rate]
+    panels: tuple[Panel, ...]
+    known: bool
+    source: str
+
+    @property
+    def lamps(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(self.rates)
+
+
+def lamp_of(shot: Shot) -> str:
+    """One name for what lights a shot; several lamps together count as a lamp of their own."""
+    if len(shot.light) == 1:
+        return shot.light[0]
+    return "+".join(f"{lamp}x{level:g}" for lamp, level in zip(shot.light, shot.level, strict=True))
+
+
+def level_of(shot: Shot) -> float:
+    """Level of that lamp."""
+    return shot.level[0] if len(shot.light) == 1 else 1.0
+
+
+def single(shot: Shot) -> Shot:
+    """The shot as lit by that one lamp."""
+    if shot.dark:
+        return dataclasses.replace(shot, light=(DARK,), level=(1.0,))
+    return dataclasses.replace(shot, light=(lamp_of(shot),), level=(level_of(shot),))
+
+
+def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float) -> Light:
+    """The light of a capture.
+
+    Args:
+        capture: the frames.
+        stated: rate images that came with it, by lamp.
+        black_dn: pixel value without light.
+
+    Raises:
+        InputError: for a scene that is none, has no such lamp, or is not in the frames.
+    """
+    lit = [f for f in capture.frames if not f.shot.dark]
+    names = dict.fromkeys(name for f in lit for name in f.shot.light if name != DARK)
+    height, width = capture.frames[0].height, capture.frames[0].width
+    images = {name: image for name, image in stated.items() if name in names}
+    source = "the rate images of the capture"
+    if capture.scene is not None and set(names) - set(images):
+        scene = scenes.load(capture.scene).with_size(width, height)
+        for name in set(names) - set(images):
+            images[name] = path_traced.render(scene, scene.named(name), samples=PATHS)
+        source = f"scene '{capture.scene}'"
+    if names and not set(names) - set(images):
+        light = _known(lit, images, source)
+        _refuse_another_scene(capture, light, black_dn)
+        return light
+    return Light(
+        rates=_from_frames(lit, black_dn), panels=(), known=False, source="the frames themselves"
+    )
+
+
+def _known(lit: list[Frames], images: Mapping[str, RateImage], source: str) -> Light:
+    rates: dict[str, Rate] = {}
+    for f in lit:
+        if len(f.shot.light) == 1:
+            rates[lamp_of(f.shot)] = images[f.shot.light[0]].rate_e_per_s
+        else:
+            together = zip(f.shot.light, f.shot.level, strict=True)
+            parts = [np.float32(level) * images[name].rate_e_per_s for name, level in together]
+            rates[lamp_of(f.shot)] = np.asarray(np.sum(parts, axis=0), dtype=np.float32)
+    first = next(iter(images.values()))
+    return Light(rates=rates, panels=first.header.panels, known=True, source=source)
+
+
+def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> None:
+    for f in capture.lit:
+        rate = light.rates[lamp_of(f.shot)]
+        shape = (f.height, f.width)
+        if rate.shape[:2] != shape:
+            raise CaptureError(
+                f"the rate image of shot '{f.shot.label}' has"
+                f" {rate.shape[1]} x {rate.shape[0]} pixels",
+                f"expected {f.width} x {f.height} as its frames have",
+                "correct 'rate', or leave it out",
+            )
+        seen = ndimage.uniform_filter(_plane(f, black_dn)[..., 1], 4)[::4, ::4]
+        expected = ndimage.uniform_filter(rate[..., 1], 4)[::4, ::4]
+        if seen.std() == 0 or expected.std() < 0.02 * expected.mean():
+            continue
+        found = float(np.corrcoef(seen.ravel(), expected.ravel())[0, 1])
+        if found < LEAST_CORRELATION and seen.mean() > 4:
+            raise CaptureError(
+                f"the frames of shot '{f.shot.label}' do not show {light.source}"
+                f" (correlation {found:.2f})",
+                f"expected at least {LEAST_CORRELATION}",
+                "correct 'scene' or 'rate' in the manifest, or leave them out",
+            )
+
+
+def _from_frames(lit: list[Frames], black_dn: float) -> dict[str, Rate]:
+    """What the frames show, in DN per second at level 1, smoothed over the pixels' own pattern."""
+    sums: dict[str, list[Rate]] = {}
+    for f in lit:
+        plane = _plane(f, black_dn)
+        unit = max(level_of(f.shot) * f.shot.exposure_s, 1e-9)
+        if float((plane >= f.top_dn - black_dn).mean()) < 0.01 or lamp_of(f.shot) not in sums:
+            sums.setdefault(lamp_of(f.shot), []).append(np.asarray(plane / unit))
+    return {
+        lamp: np.clip(ndimage.gaussian_filter(np.mean(images, axis=0), (1.5, 1.5, 0)), 0, None)
+        for lamp, images in sums.items()
+    }
+
+
+def _plane(frames: Frames, black_dn: float) -> Rate:
+    """Mean of the first frames above black, in three colours, (H, W, 3)."""
+    mean = np.asarray(frames.dn[:8]).mean(axis=0, dtype=np.float32) - np.float32(black_dn)
+    if mean.ndim == 3:
+        return np.asarray(mean)
+    if frames.cfa is None:
+        return np.repeat(mean[..., None], 3, axis=2)
+    return np.asarray(demosaicing_CFA_Bayer_bilinear(mean, frames.cfa), dtype=np.float32)

@@ -1,0 +1,189 @@
+"""Every statistic of a capture, group of frames by group, and its mean images block by block."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.lattices import Lattice, inner
+from analysis.gap.statistics.codes import codes
+from analysis.gap.statistics.group import Group
+from analysis.gap.statistics.interpolation import interpolation
+from analysis.gap.statistics.pattern import pattern, pattern_lines, pattern_shape
+from analysis.gap.statistics.spectrum import spectrum
+from analysis.gap.statistics.structure import columns, frames, neighbours, rows, tails, time
+from analysis.gap.statistics.transfer import level, transfer
+
+Floats = NDArray[np.float64]
+
+FAMILIES: dict[str, tuple[Callable[[Group], dict[str, float]], str]] = {
+    "level": (level, "readout"),
+    "transfer": (transfer, "photosite"),
+    "rows": (rows, "readout"),
+    "columns": (columns, "readout"),
+    "frames": (frames, "lighting"),
+    "neighbours": (neighbours, "processing"),
+    "time": (time, "processing"),
+    "tails": (tails, "photosite"),
+    "spectrum": (spectrum, "readout"),
+    "codes": (codes, "adc"),
+    "pattern": (pattern, "photosite"),
+    "pattern lines": (pattern_lines, "readout"),
+    "pattern shape": (pattern_shape, "photosite"),
+}
+"""Every family of one lattice, and the stage where a gap in it most often begins."""
+
+INTERPOLATION = "interpolation"
+IMAGE = "mean image"
+STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
+    INTERPOLATION: "processing",
+    IMAGE: "optics",
+}
+
+OF_A_BODY = frozenset({"level", "codes", "pattern", "pattern lines", "pattern shape"})
+"""Families of what stays from frame to frame: more frames do not average a camera body away."""
+
+BLOCKS_DOWN = 16
+"""Blocks of the mean image from top to bottom."""
+
+
+@dataclass(frozen=True, kw_only=True, order=True)
+class Key:
+    """What a figure is of."""
+
+    shot: str
+    lattice: str
+    family: str
+    statistic: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Observation:
+    """What was seen in one capture.
+
+    Attributes:
+        keys: of the figures.
+        figures: one row per group of frames, (g, keys).
+        shots, channels: labels of the axes of the mean images.
+        means: block means in DN, (g, shots, channels, blocks).
+        noise: variance in time of one sample in DN^2, (shots, channels).
+        grid: blocks down and across.
+        samples: samples of a channel in a block.
+        frames: frames in a group.
+    """
+
+    keys: tuple[Key, ...]
+    figures: Floats
+    shots: tuple[str, ...]
+    channels: tuple[str, ...]
+    means: Floats
+    noise: Floats
+    grid: tuple[int, int]
+    samples: int
+    frames: int
+
+    @property
+    def groups(self) -> int:
+        """Number of groups of frames."""
+        return len(self.figures)
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """How a capture is looked at: the same for a real one and for its simulated twins.
+
+    Attributes:
+        lattices: where its measured samples are.
+        frames: frames in a group.
+        side: samples of a lattice along the side of a block.
+        top_dn: the largest pixel value.
+    """
+
+    lattices: tuple[Lattice, ...]
+    frames: int
+    side: int
+    top_dn: int
+
+
+Stack = tuple[str, bool, Sequence[NDArray[Any]]]
+"""Label of a shot, whether it is lit, and its groups of frames."""
+
+
+def observe(stacks: Iterable[Stack], view: View) -> Observation:
+    """Look at a capture, on every core.
+
+    Args:
+        stacks: the groups of frames of each shot; as many groups for each.
+        view: how to look.
+    """
+    jobs: list[tuple[str, list[Future[_Seen]]]] = []
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for label, lit, groups in stacks:
+            jobs.append((label, [pool.submit(_look, dn, lit, view) for dn in groups]))
+        seen = [(label, [future.result() for future in futures]) for label, futures in jobs]
+    keys: list[Key] = []
+    by_key: list[list[float]] = []
+    for label, shot in seen:
+        for family, lattice, statistic in shot[0].figures:
+            where = (family, lattice, statistic)
+            if all(where in one.figures for one in shot):
+                keys.append(Key(shot=label, lattice=lattice, family=family, statistic=statistic))
+                by_key.append([one.figures[where] for one in shot])
+    channels = tuple(dict.fromkeys(lattice.channel for lattice in view.lattices))
+    first = seen[0][1][0]
+    return Observation(
+        keys=tuple(keys),
+        figures=np.array(by_key).T,
+        shots=tuple(label for label, _ in seen),
+        channels=channels,
+        means=np.array([[one.means for one in shot] for _, shot in seen]).swapaxes(0, 1),
+        noise=np.array([np.mean([one.noise for one in shot], axis=0) for _, shot in seen]),
+        grid=first.grid,
+        samples=view.side**2 * (len(view.lattices) // len(channels)),
+        frames=view.frames,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Seen:
+    figures: dict[tuple[str, str, str], float]
+    means: Floats
+    noise: Floats
+    grid: tuple[int, int]
+
+
+def _look(dn: NDArray[Any], lit: bool, view: View) -> _Seen:
+    figures: dict[tuple[str, str, str], float] = {}
+    means: dict[str, list[Floats]] = {}
+    noise: dict[str, list[float]] = {}
+    for lattice in view.lattices:
+        group = Group(codes=lattice.of(dn), top_dn=view.top_dn, lit=lit)
+        for family, (function, _) in FAMILIES.items():
+            for name, value in function(group).items():
+                figures[family, lattice.name, name] = value
+        means.setdefault(lattice.channel, []).append(blocks(group.mean, view.side))
+        noise.setdefault(lattice.channel, []).append(group.variance)
+    for name, value in interpolation(inner(dn), view.lattices, lit).items():
+        figures[INTERPOLATION, "all", name] = value
+    images = [np.mean(images, axis=0) for images in means.values()]
+    return _Seen(
+        figures=figures,
+        means=np.array([image.ravel() for image in images]),
+        noise=np.array([np.mean(values) for values in noise.values()]),
+        grid=(images[0].shape[0], images[0].shape[1]),
+    )
+
+
+def blocks(image: NDArray[Any], side: int) -> Floats:
+    """Means over square blocks; what does not fill one is left out."""
+    h, w = (n // side * side for n in image.shape[-2:])
+    cut = image[..., :h, :w].astype(np.float64)
+    return np.asarray(
+        cut.reshape(*image.shape[:-2], h // side, side, w // side, side).mean(axis=(-3, -1))
+    )

@@ -1,0 +1,206 @@
+"""Suspects: every effect of the catalogue, as it would show in these very shots.
+
+A suspect is simulated with the same random numbers as the base camera; the difference, less what
+calibration takes up, is its signature. How much of it the capture has is least squares; then it is
+simulated again at that strength, because few effects are proportional to their parameters.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.base import Base
+from analysis.gap.fit import SEEDS, Fit
+from analysis.gap.nuisance import Calibration, agreed
+from analysis.gap.observe import Observation
+from analysis.gap.twin import twin
+from foundation.errors import InputError
+from sensor.effect import Effect, Parameter
+
+Floats = NDArray[np.float64]
+
+LOGARITHMIC = 100.0
+"""An identity this many times the default is reached in octaves: a full well, a threshold."""
+
+MOST_CHOICES = 5
+"""Whole numbers that are each tried."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signature:
+    """How an effect of one strength shows.
+
+    Attributes:
+        effect: with its parameters.
+        figures, means: differences from the base.
+        one_by_one: differences of the figures for each set of random numbers.
+    """
+
+    effect: Effect
+    figures: Floats
+    means: Floats
+    one_by_one: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Evidence:
+    """A signature held against a capture.
+
+    Attributes:
+        signature: how the effect would show.
+        amount: how much of it there is; 1 where its strength is right.
+        score: by how much chi-squared falls with that amount.
+        norm: chi-squared of the signature by itself.
+        absorbed: part of it that calibration takes up.
+        left: what is left of the signature, in the calibrated space.
+    """
+
+    signature: Signature
+    amount: float
+    score: float
+    norm: float
+    absorbed: float
+    left: Floats
+
+    @property
+    def effect(self) -> Effect:
+        """The effect with the parameters of the signature."""
+        return self.signature.effect
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+
+def signature(
+    effect: Effect,
+    known: Fit,
+    *,
+    others: Sequence[Effect] = (),
+    seeds: Sequence[int] = SEEDS,
+    base: Base | None = None,
+    references: Mapping[int, Observation] | None = None,
+) -> Signature | None:
+    """How an effect shows; None where these frames cannot have it.
+
+    Args:
+        effect: with its parameters.
+        known: the calibrated base.
+        others: effects that the camera has already.
+        seeds: random numbers, once each.
+        base: figures of the camera, where they are not those of the fit.
+        references: twins without the effect by seed, where they are at hand.
+    """
+    try:
+        after = [
+            known.textured(
+                twin(known.scenery, base or known.base, effects=[*others, effect], seed=seed)
+            )
+            for seed in seeds
+        ]
+    except InputError:
+        return None
+    before = [
+        references[seed]
+        if references is not None
+        else known.textured(twin(known.scenery, known.base, effects=others, seed=seed))
+        for seed in seeds
+    ]
+    figures, means = agreed(before, after)
+    return Signature(
+        effect=effect,
+        figures=figures,
+        means=means,
+        one_by_one=np.array(
+            [(a.figures - b.figures).mean(axis=0) for b, a in zip(before, after, strict=True)]
+        ),
+    )
+
+
+def hold(
+    shown: Signature, turned: Calibration, left: Floats, gap: Floats | None = None
+) -> Evidence:
+    """A signature against what is left of a capture.
+
+    Args:
+        shown: the signature.
+        turned: the calibrated space.
+        left: what is left of the capture there.
+        gap: unused coordinates masked out of the score, where given.
+    """
+    vector = turned.space.vector(shown.figures, shown.means)
+    remains = turned.left(vector)
+    norm = float(remains @ remains)
+    whole = float(vector @ vector)
+    along = float(remains @ left)
+    amount = along / norm if norm > 0 else 0.0
+    if amount < 0 and not signed(type(shown.effect)):
+        amount = 0.0
+    return Evidence(
+        signature=shown,
+        amount=amount,
+        score=amount * (2 * along - amount * norm),
+        norm=norm,
+        absorbed=1.0 - norm / whole if whole > 0 else 1.0,
+        left=remains,
+    )
+
+
+def strengths(kind: type[Effect]) -> list[Parameter]:
+    """The parameters that make an effect vanish."""
+    return [p for p in kind.parameters() if p.identity is not None]
+
+
+def signed(kind: type[Effect]) -> bool:
+    """Whether an effect may go either way."""
+    return any(
+        p.minimum < p.identity < p.maximum
+        for p in strengths(kind)
+        if p.identity is not None and not p.whole
+    )
+
+
+def starts(kind: type[Effect]) -> list[Effect]:
+    """Effects from which a search begins: the default, and the other choices there are."""
+    ranges: dict[str, list[float]] = {}
+    for p in kind.parameters():
+        if p.starts:
+            ranges[p.name] = list(p.starts)
+        elif p.whole:
+            low = p.minimum + 1 if p.identity == p.minimum else p.minimum
+            ranges[p.name] = [float(v) for v in np.arange(low, p.maximum + 1)[:MOST_CHOICES]]
+    made = []
+    for values in itertools.product(*ranges.values()):
+        made.append(kind(**dict(zip(ranges, values, strict=True))))
+    for p in strengths(kind):
+        # a parameter that is off by default is a direction of its own
+        if not p.whole and p.default == p.identity:
+            step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum), 0.2 + abs(p.default))
+            if p.unit == "cm":
+                step = 3.0
+            alone = {q.name: q.identity for q in strengths(kind)} | {p.name: p.default + step}
+            made.append(kind(**alone))
+    return made
+
+
+def scaled(effect: Effect, factor: float) -> Effect:
+    """The same effect, so many times as strong, inside its range."""
+    values: dict[str, Any] = {}
+    for p in effect.parameters():
+        value = getattr(effect, p.name)
+        if p.identity is None or p.whole or not isinstance(value, float):
+            continue
+        if value > 0 and p.identity > LOGARITHMIC * max(abs(p.default), 1e-9):
+            moved = p.identity * (value / p.identity) ** factor
+        else:
+            moved = p.identity + factor * (value - p.identity)
+        values[p.name] = float(np.clip(moved, p.minimum, p.maximum))
+    return dataclasses.replace(effect, **values)

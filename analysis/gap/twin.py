@@ -1,0 +1,100 @@
+"""The twin: what a simulated camera would have shown of the same shots."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.base import Base, Body, camera_of
+from analysis.gap.light import Light, Rate, level_of, single
+from analysis.gap.observe import Observation, Stack, View, observe
+from sensor.camera import Camera, pixels_of, simulate
+from sensor.effect import Effect
+from sensor.protocol import Shot
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scenery:
+    """Everything of a capture that is not the camera's noise.
+
+    Attributes:
+        body: format of the frames.
+        light: what falls on the sensor.
+        shots: the shots that are simulated, each under one lamp of the light.
+        view: how they are looked at.
+    """
+
+    body: Body
+    light: Light
+    shots: tuple[Shot, ...]
+    view: View
+
+    def only(self, labels: Sequence[str]) -> Scenery:
+        """The same with some of the shots."""
+        return dataclasses.replace(
+            self, shots=tuple(shot for shot in self.shots if shot.label in labels)
+        )
+
+
+def twin(
+    scenery: Scenery,
+    base: Base,
+    *,
+    effects: Sequence[Effect] = (),
+    seed: int = 0,
+    groups: int = 1,
+    rates: Mapping[str, Rate] | None = None,
+) -> Observation:
+    """One simulated capture, looked at.
+
+    The same seed gives the same random numbers, so that two twins differ by what is different in
+    their cameras. Each seed is a camera body of its own.
+
+    Args:
+        scenery: light, shots, and how to look.
+        base: the calibrated camera.
+        effects: what it has besides.
+        seed: of everything random.
+        groups: groups of frames of each shot.
+        rates: light that takes the place of the scenery's.
+    """
+    camera = camera_of(base, scenery.body).plus(*effects).with_body(seed)
+    lit = electrons(base, scenery.light.rates if rates is None else rates)
+    return observe(_stacks(camera, scenery, lit, seed, groups), scenery.view)
+
+
+def electrons(base: Base, rates: Mapping[str, Rate]) -> dict[str, Rate]:
+    """The light in electrons per second of the calibrated camera."""
+    by_colour = {}
+    for lamp, rate in rates.items():
+        level = base.level[lamp]
+        by_colour[lamp] = rate * np.asarray(
+            np.repeat(level, 3) if len(level) == 1 else level, dtype=np.float32
+        )
+    return by_colour
+
+
+def _stacks(
+    camera: Camera, scenery: Scenery, rates: Mapping[str, Rate], seed: int, groups: int
+) -> Iterator[Stack]:
+    size = scenery.view.frames
+    for shot in scenery.shots:
+        taken = []
+        for k in range(groups):
+            span = range(k * size, (k + 1) * size)
+            signal = simulate(camera, shot, rates, seed=seed, frames=span)
+            taken.append(pixels_of(camera, signal))
+        yield shot.label, not shot.dark, taken
+
+
+def shots_of(shots: Sequence[Shot]) -> tuple[Shot, ...]:
+    """Shots under one lamp each; see `light.single`."""
+    return tuple(single(shot) for shot in shots)
+
+
+def exposure_of(shot: Shot) -> float:
+    """Exposure times level: what the light of a lamp is multiplied by."""
+    return shot.exposure_s * level_of(shot)

@@ -1,0 +1,162 @@
+"""What may be said: matched, explained, partly explained, unexplained. Never a guess."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from analysis.gap.attribute import Candidate
+
+SIGNIFICANCE = 0.05
+"""A gap that chance makes more often is none."""
+
+LEAST_SCORE = 14.0
+"""Fall of chi-squared of a suspect that is named: what the best of forty reaches by chance once in
+a hundred captures."""
+
+MARGIN = 9.0
+"""By how much a suspect must beat one that is not named with it."""
+
+LEAST_SHRINK = 0.8
+CLASS_SIZE = 2
+"""Names that may stand beside the one given."""
+
+EQUIVALENT = 0.9
+"""Part of a signature that calibration takes up, from which an effect counts as calibrated."""
+
+TEMPER = 2.0
+"""Scores are divided by this: signatures are simulated, and other people's effects are not ours."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """The suspect that these frames name.
+
+    Attributes:
+        best: the one.
+        alike: others that the frames cannot tell from it, at most two.
+        probability: that it is the one.
+        by_name: the same for every candidate.
+        ambiguous: more suspects fit than may be named together.
+    """
+
+    best: Candidate
+    alike: tuple[Candidate, ...]
+    probability: float
+    by_name: dict[str, float]
+    ambiguous: bool
+
+
+def p_of_best(candidates: Sequence[Candidate]) -> float:
+    """Chance that the best of so many suspects reaches its score where nothing is wrong."""
+    if not candidates or candidates[0].score <= 0:
+        return 1.0
+    one = float(stats.chi2.sf(candidates[0].score, 1))
+    return float(1.0 - (1.0 - one) ** len(candidates))
+
+
+def both(first: float, second: float) -> float:
+    """Chance that the smaller of two chances comes out this small."""
+    return float(1.0 - (1.0 - min(first, second)) ** 2)
+
+
+def choose(candidates: Sequence[Candidate]) -> Choice | None:
+    """The suspect to name, or None where none reaches what is asked of it."""
+    if not candidates or candidates[0].score < LEAST_SCORE:
+        return None
+    best = candidates[0]
+    rivals = [c for c in candidates[1:] if c.score > best.score - MARGIN]
+    by_name = probabilities(candidates)
+    return Choice(
+        best=best,
+        alike=tuple(rivals[:CLASS_SIZE]),
+        probability=by_name[best.name],
+        by_name=by_name,
+        ambiguous=len(rivals) > CLASS_SIZE,
+    )
+
+
+def probabilities(candidates: Sequence[Candidate]) -> dict[str, float]:
+    """Of each suspect, by tempered likelihood; what is missing to 1 is that it is none of them."""
+    scores = np.array([c.score for c in candidates])
+    if len(scores) == 0:
+        return {}
+    # "none of them" has the likelihood of a suspect that barely deserves its name
+    weights = np.exp((np.append(scores, LEAST_SCORE - 2 * TEMPER) - scores.max()) / (2 * TEMPER))
+    return dict(zip((c.name for c in candidates), (weights / weights.sum())[:-1], strict=True))
+
+
+def verdict(effects: int, p_before: float, p_after: float, shrink: float, at_floor: bool) -> str:
+    """The word of the report.
+
+    Args:
+        effects: number of effects that were added.
+        p_before, p_after: chance of the gap without and with them.
+        shrink: part of the gap that they close.
+        at_floor: whether the gap is too small for shrink to mean anything.
+    """
+    if effects == 0:
+        return "matched" if p_before >= SIGNIFICANCE else "unexplained"
+    if p_after >= SIGNIFICANCE:
+        return "explained"
+    return "partly explained" if at_floor or shrink >= LEAST_SHRINK else "unexplained"
+
+
+SEPARATED_BY: tuple[tuple[frozenset[str], str], ...] = (
+    (
+        frozenset({"row_noise", "black_level_drift", "flicker_noise", "interference"}),
+        "50 or more full-height darks at the shortest exposure: the spectrum of the rows' offsets",
+    ),
+    (
+        frozenset({"random_telegraph_noise", "hot_pixels", "dark_current"}),
+        "200 or more darks at two exposures a factor of 4 apart: levels and times of single pixels",
+    ),
+    (
+        frozenset({"sharpening", "spatial_denoise", "demosaic_other", "defocus_error", "jpeg"}),
+        "the chart in focus at two levels a factor of 4 apart: edges at two contrasts",
+    ),
+    (
+        frozenset({"crosstalk", "color_matrix", "white_balance", "spectral_response_error",
+                   "lamp_spectrum_error", "chroma_subsampling"}),
+        "raw Bayer frames of the same shots, under both lamps",
+    ),
+    (
+        frozenset({"vignetting_excess", "lamp_displacement", "specular_glare", "veiling_glare",
+                   "lens_distortion", "dust_shadow", "large_scale_prnu"}),
+        "the chart turned by 180 degrees, and again at another aperture",
+    ),
+    (
+        frozenset({"lamp_flicker", "lamp_drift", "dropped_frames", "vibration"}),
+        "a stack of 200 frames, and one at another exposure time",
+    ),
+    (
+        frozenset({"brighter_fatter", "nonlinearity", "gamma", "blooming", "smear"}),
+        "six or more levels up to saturation at one exposure time",
+    ),
+    (
+        frozenset({"image_lag", "temporal_filter", "charge_transfer_inefficiency"}),
+        "a step of light: 20 frames in the dark right after 20 lit ones; a filter acts in the dark"
+        " as well",
+    ),
+    (
+        frozenset({"ambient_light", "dark_current", "black_level_offset", "dark_shot"}),
+        "darks with the lens capped and uncapped, at three exposures",
+    ),
+    (
+        frozenset({"adc_dnl", "bit_truncation", "quantization"}),
+        "a defocused uniform field with a ramp of light: every code is visited",
+    ),
+)  # fmt: skip
+"""Effects that are confused with each other, and the capture in which they differ."""
+
+
+def next_capture(names: Sequence[str]) -> str:
+    """The capture that separates effects which these frames do not tell apart."""
+    best = max(SEPARATED_BY, key=lambda entry: len(entry[0] & set(names)))
+    if len(best[0] & set(names)) >= min(2, len(names)):
+        return best[1]
+    texts = [text for group, text in SEPARATED_BY if group & set(names)]
+    return "; and ".join(dict.fromkeys(texts)) or "twice as many frames of the same shots"
