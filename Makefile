@@ -28,6 +28,21 @@ nightly: $(READY)  ## the tests with 5,000 damaged inputs and kills at more mome
 bench: $(READY)  ## speeds as ratios in one run
 	$(BIN)/python -m benchmarks
 
+# Hours on a few cores: what is done is kept, and the next run goes on from there.
+bias: $(READY)  ## the long runs behind docs/bias.md: docs/results/ (go on where they stopped)
+	$(BIN)/python -m analysis.bias cells --seeds 12
+	$(BIN)/python -m analysis.bias debias --seeds 12
+	$(BIN)/python -m analysis.bias failures --seeds 4
+	for camera in i400 icx098; do for raw in "" --raw; do \
+	  $(BIN)/python -m analysis.bias coverage --camera $$camera $$raw --seeds 48 --method irie \
+	    --method emva1288 --method photon_transfer --method corrected || exit; done; done
+	for camera in i400 icx098; do \
+	  $(BIN)/python -m analysis.bias coverage --camera $$camera --seeds 2000 || exit; done
+
+study: $(READY)  ## the study gradient-quantization: its page, and docs/results/ (goes on)
+	$(BIN)/camtruth study gradient-quantization --seeds 4 --resume --out camtruth-out/study
+	cp camtruth-out/study/gradient-quantization.parquet docs/results/
+
 docs: $(READY)  ## write docs/effects.md and the README's figure anew (from the files of a demo)
 	$(BIN)/python docs/make.py
 

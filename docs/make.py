@@ -11,8 +11,12 @@ import sys
 from pathlib import Path
 
 from camtruth.report.curves import figures
+from docs.bias_page import write_bias_page
+from docs.debias_page import write_debias_page
 from docs.effect_figures import write_figures
 from docs.effects_page import catalogue_page
+from docs.reproduction_page import write_reproduction
+from docs.study_page import write_study_page
 from foundation.output import new_file
 from render.preview import balanced, srgb
 from render.rate import read_rate
@@ -73,6 +77,10 @@ def main() -> None:
     with new_file(HERE / "effects.md") as scratch:
         scratch.write_text(catalogue_page(), encoding="utf-8")
     write_figures(HERE / "figures" / "effects")
+    write_bias_page()
+    write_debias_page()
+    write_study_page()
+    write_reproduction()
     if not DEMO.is_dir():
         sys.exit(f"docs: no {DEMO}; expected the files of a demo for the figure; run 'make demo'")
     with new_file(HERE / "figures" / "overview.svg") as scratch:

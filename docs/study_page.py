@@ -44,9 +44,11 @@ HEAD = """\
 # Lighting gradient against quantization
 
 Written by `make docs` from `docs/results/gradient-quantization.parquet`, which `make study` makes:
-{cells} cells, {seeds} bodies each, every combination of five places of the lamp, two lamps, 8, 10
-and 12 bits, three gains, six levels of noise per step and two of defocus. `{command}` writes the
-same as a page with figures to explore, and so does `make docs`, to `camtruth-out/docs/study.html`.
+{cells} cells of {seeds} bodies, of the 1080 combinations of five places of the lamp, two lamps,
+8, 10 and 12 bits, three gains, six levels of noise per step and two of defocus. To explore it, open
+`camtruth-out/docs/study.html` after `make docs`, or run it yourself:
+
+    {command}
 
 ## Findings
 """

@@ -37,12 +37,8 @@ JOURNAL = "results.jsonl"
     metavar="N",
     help="Only so many of the cells, drawn from all: for a first look.",
 )
-@click.option("--resume", is_flag=True, help="Go on where a run into the same folder stopped.")
-@click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="A Dask scheduler, as tcp://10.0.0.1:8786; this process on all its cores by default.",
-)
+@options.resume
+@options.scheduler
 @options.out("study")
 @options.as_json
 def command(
