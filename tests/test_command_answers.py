@@ -104,6 +104,7 @@ def test_render_reaches_the_noise_it_is_asked_for(run: Run, small: Small) -> Non
     assert {p.name for p in folder.iterdir()} == {
         "rate-incandescent.exr",
         "rate-incandescent.png",
+        "shading-incandescent.svg",
         CHECKSUMS,
     }
     image = read_rate(folder / "rate-incandescent.exr")
