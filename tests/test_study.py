@@ -102,7 +102,38 @@ def test_parquet_gives_back_what_was_written(tmp_path):
     write_parquet(tmp_path / "a.parquet", rows)
     assert read_parquet(tmp_path / "a.parquet") == [{k: r[k] for k in COLUMNS} for r in rows]
     assert any("1 %" in sentence for sentence in findings(rows))
-    assert guidance(rows)[0]["method"] == "photon_transfer"
+    assert guidance(rows) == []  # a single cell of its gradient and lamp
+
+
+def test_guidance_is_for_whole_gradients_and_lamps():
+    of_place = {
+        key: case
+        for key, case in cases().items()
+        if case.place == "even" and case.lamp == "fluorescent" and case.blur_px == 0
+    }
+    rows = [
+        {
+            **{name: getattr(case, name) for name in ("place", "lamp", "bits", "noise_steps")},
+            "electrons_per_dn8": case.electrons_per_dn8,
+            "channel": channel,
+            "method": "mine",
+            "parameter": parameter,
+            "truth": 1.0,
+            "bias": 0.5 if case.noise_steps < 0.5 else 0.001,
+            "bias_se": 0.001,
+            "scatter": 0.02,
+            "answered": 1.0,
+            "rise_dn8": 2.0,
+            "level_dn8": 100.0,
+        }
+        for case in of_place.values()
+        for channel in "RGB"
+        for parameter in ("read", "gain", "fpn", "prnu")
+    ]
+    (found,) = guidance(rows)
+    assert found["least_noise_steps"] == dict.fromkeys(("read", "gain", "fpn", "prnu"), 0.5)
+    assert found["frames"] == dict.fromkeys(("4", "20", "66"), 400)  # (2 % / 1 %)^2 of 100
+    assert guidance(rows[12:]) == []
 
 
 def test_the_command_writes_page_and_table_and_goes_on(run, tmp_path):

@@ -207,11 +207,11 @@ def _typical(rows: Sequence[Row]) -> float:
 
 
 def guidance(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """For each gradient and lamp: bits and frames by camera and estimator.
+    """For each gradient, lamp and estimator: noise in steps to have, and frames to take.
 
-    Bits: the fewest of the study at which a camera whose read noise is 0.35 DN of 8 bits has all
-    four parameters right in all channels; frames: how many bring the scatter of the gain, which
-    falls with their root, to 1 % in the worst colour.
+    Least noise: from which a parameter is right in all channels, so that a camera of known read
+    noise has its bits (`bits_for`). Frames: how many bring the scatter of the gain, which falls
+    with their root, to 1 % in the worst colour. A gradient and lamp with missing cells get none.
     """
     found = []
     lamps = dict.fromkeys(row["lamp"] for row in rows)
@@ -219,7 +219,8 @@ def guidance(rows: Sequence[Row]) -> list[dict[str, Any]]:
         for lamp in lamps:
             for name in dict.fromkeys(row["method"] for row in rows):
                 own = select(rows, place=place, lamp=lamp, method=name)
-                if own:
+                factors = {(r["noise_steps"], r["bits"], r["electrons_per_dn8"]) for r in own}
+                if len(factors) == len(NOISE_STEPS) * len(BITS) * len(ELECTRONS_PER_DN8):
                     found.append(
                         {
                             "place": place,
