@@ -13,6 +13,7 @@ from analysis.gap.base import Base
 from analysis.gap.distance import Yardstick
 from analysis.gap.fit import SEEDS, Fit, turn
 from analysis.gap.hints import Hints
+from analysis.gap.nuisance import free_parameters, step_of
 from analysis.gap.observe import Observation
 from analysis.gap.space import Space
 from analysis.gap.suspects import Evidence, Signature, hold, scaled, signature, starts, strengths
@@ -21,14 +22,17 @@ from sensor.effect import Effect, Parameter
 
 Floats = NDArray[np.float64]
 
-ROUNDS = 3
+ROUNDS = 2
 """How often a suspect is simulated again at the strength that it seems to have."""
 
 RIGHT = (0.75, 1.33)
 """An amount in this range needs no further round."""
 
-ADAPTED = 10
+ADAPTED = 7
 FINALISTS = 3
+NEAR = 0.2
+"""A suspect with less than this part of the best score is no finalist."""
+
 WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
 
@@ -107,7 +111,7 @@ def attribute(
             watch(found.name)
             adapted.append(_adapt(case, found, references))
     adapted.sort(key=lambda e: -e.score)
-    finalists = adapted[:FINALISTS]
+    finalists = [e for e in adapted if e.score > NEAR * adapted[0].score][:FINALISTS]
     many = references
     if finalists:
         many = {
@@ -175,6 +179,7 @@ def _adapt(case: Case, found: Evidence, references: dict[int, Observation]) -> E
     best = found
     factor, response = 1.0, 1.5
     tried: list[tuple[float, float]] = [(1.0, found.amount)]
+    seeds = SEEDS if _of_the_image(case, found) > MUCH else SEEDS[:1]
     for _ in range(ROUNDS):
         amount = tried[-1][1]
         if RIGHT[0] <= amount <= RIGHT[1] or amount == 0.0:
@@ -183,7 +188,7 @@ def _adapt(case: Case, found: Evidence, references: dict[int, Observation]) -> E
             factor = -factor * min(abs(amount), 4.0)
         else:
             factor *= float(np.clip(amount ** (1.0 / response), 0.1, 8.0))
-        shown = _held(case, scaled(found.effect, factor), references)
+        shown = _held(case, scaled(found.effect, factor), references, seeds)
         if shown is None or shown.effect == best.effect:
             break
         tried.append((factor, shown.amount))
@@ -204,29 +209,15 @@ def _response(tried: Sequence[tuple[float, float]], before: float) -> float:
 
 def _shapes(effect: Effect) -> list[Parameter]:
     """Parameters that are fitted besides the strength as a whole, where an effect has several."""
-    free = [
-        p
-        for p in effect.parameters()
-        if not p.whole
-        and isinstance(getattr(effect, p.name), float)
-        and not (p.identity is not None and getattr(effect, p.name) == p.identity)
-    ]
+    free = free_parameters(effect)
     return free if len(free) > 1 else []
 
 
-def _step(effect: Effect, p: Parameter) -> float:
-    """Step of a parameter's difference quotient: three tenths of it, or of its range."""
-    value = float(getattr(effect, p.name))
-    size = abs(value - p.identity) if p.identity is not None and p.identity < 1e6 else abs(value)
-    step = 0.3 * (size or 0.1 * (p.maximum - p.minimum))
-    return step if value + step <= p.maximum else -step
-
-
-FINAL_SEEDS = tuple(range(SEEDS[0], SEEDS[0] + 4))
+FINAL_SEEDS = tuple(range(SEEDS[0], SEEDS[0] + 3))
 """Random numbers with which finalists are simulated: their noise is then below that of frames."""
 
 SHAPE_ROUNDS = 1
-STRENGTH_ROUNDS = 3
+STRENGTH_ROUNDS = 2
 CLOSE = 0.03
 WORTH_A_SHAPE = 6.0
 
@@ -325,14 +316,14 @@ def _reshaped(
     """One Gauss-Newton step of all parameters of an effect."""
     turned, space = case.fitting.turned, case.fitting.turned.space
     current = _vector(space, now.shown)
-    steps = np.array([_step(now.effect, p) for p in shapes])
+    steps = np.array([step_of(now.effect, p) for p in shapes])
     columns = []
     for p, by in zip(shapes, steps, strict=True):
         moved = dataclasses.replace(now.effect, **{p.name: getattr(now.effect, p.name) + float(by)})
         columns.append((_vector(space, attempt(moved, now.base).shown) - current) / by)
     matrix = turned.left(np.array(columns))
     # a parameter that hardly shows stays near where it is
-    widths = 3.0 * np.abs(steps)
+    widths = 5.0 * np.abs(steps)
     square = matrix @ matrix.T + np.diag(1.0 / widths**2)
     by_least_squares = np.linalg.solve(square, matrix @ turned.left(case.fit_gap - current))
     values = {

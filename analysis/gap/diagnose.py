@@ -47,7 +47,7 @@ from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
-from sensor.effect import Effect
+from sensor.effect import Effect, Parameter
 from sensor.frames import Capture
 
 Floats = NDArray[np.float64]
@@ -150,22 +150,29 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
-    """A capture's distance from a model: of all its key frames, and of those that score."""
+    """A capture's distance from a model: of all its key frames, and of those that score.
+
+    `tuned` is by how much the parameters of the model's effects should still move.
+    """
 
     whole: Distance
     rod: Yardstick
     left: Floats
     held: Distance
     case: Case
+    tuned: dict[tuple[str, str], float]
 
 
 def measured(known: Fit, seen: Observation) -> Measured:
     """Distance of what was seen of the key shots."""
     textured = known.textured(seen)
     rod = yardstick(known, textured)
-    left = rod.turned.left(rod.turned.space.of(textured, slice(None)))
+    gap = rod.turned.space.of(textured, slice(None))
+    left = rod.turned.left(gap)
     case = case_of(known, seen)
+    amounts = rod.turned.amounts(gap)[len(known.ways.knobs) :]
     return Measured(
+        tuned=dict(zip(known.ways.tuned, map(float, amounts), strict=False)),
         whole=distance(left, rod),
         rod=rod,
         left=left,
@@ -274,7 +281,10 @@ def diagnose(
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
-        if choice is None or choice.best.score < LEAST_OF_A_LATER * (len(choices) > 0):
+        if choice is None:
+            break
+        later = len(choices) > 0
+        if later and not _deserves(choice.best, choices[0].best):
             break
         watch(f"confirming {choice.best.name}")
         added = around(
@@ -309,6 +319,16 @@ def diagnose(
 LEAST_OF_A_LATER = 25.0
 """Score of an effect that is added to another one: what is left of a gap is easily blamed."""
 
+PART_OF_THE_FIRST = 0.02
+"""The same, as a part of the first one's score: a model that is right to a tenth leaves a hundredth
+of chi-squared to whoever comes next."""
+
+
+def _deserves(later: Candidate, first: Candidate) -> bool:
+    """Whether an effect is to be added to another one."""
+    least = max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
+    return later.score > least and later.absorbed < EQUIVALENT
+
 
 def _too_little(capture: Capture) -> str | None:
     """What makes a capture useless; None where nothing does."""
@@ -341,7 +361,7 @@ def conclude(
         choices = ()
     weights = choices[0].by_name if choices else probabilities(candidates)
     doubt = 1.0 if choices or not candidates else 0.45
-    named = tuple(_named(choice, word, gap) for choice in choices)
+    named = tuple(_named(choice, word, gap, models[-1], after) for choice in choices)
     confused = [n for entry in named for n in (entry.name, *entry.indistinguishable_from)
                 if entry.indistinguishable_from]  # fmt: skip
     wanted = next_capture(confused) if confused else None
@@ -369,9 +389,9 @@ def conclude(
     )
 
 
-def _named(choice: Choice, word: str, gap: Gap) -> Named:
+def _named(choice: Choice, word: str, gap: Gap, model: Fit, found: Measured) -> Named:
     best = choice.best
-    units = {p.name: p.unit for p in best.effect.parameters()}
+    effect = next(e for e in model.effects if e.name == best.name)
     trust = 1.0
     if word != "explained" and not gap.at_floor:
         trust = 0.5 + 0.5 * float(np.clip((gap.shrink - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
@@ -380,12 +400,21 @@ def _named(choice: Choice, word: str, gap: Gap) -> Named:
         probability=min(0.99, choice.probability * trust),
         indistinguishable_from=tuple(c.name for c in choice.alike),
         absorbed=best.absorbed,
-        parameters={
-            name: Figure(value=float(value), se=best.errors.get(name), unit=units[name])
-            for name, value in best.effect.values().items()
-            if not isinstance(value, dict)
-        },
+        parameters={p.name: _parameter(effect, p, best, model, found) for p in effect.parameters()},
     )
+
+
+def _parameter(
+    effect: Effect, p: Parameter, best: Candidate, model: Fit, found: Measured
+) -> Figure:
+    """A parameter after the last step of the fit, with its standard error where it has one."""
+    value = float(Colours.of(getattr(effect, p.name)).G)
+    key = (effect.name, p.name)
+    error = model.errors.get(key)
+    if error is None:
+        return Figure(value=value, se=best.errors.get(p.name), unit=p.unit)
+    moved = float(np.clip(value + found.tuned.get(key, 0.0), p.minimum, p.maximum))
+    return Figure(value=moved, se=max(error, 0.3 * best.errors.get(p.name, 0.0)), unit=p.unit)
 
 
 def gap_of(

@@ -65,7 +65,7 @@ class Fit:
     Attributes:
         base: the camera.
         effects: what it has besides.
-        errors: standard errors of the knobs, by (name, channel).
+        errors: standard errors of the knobs, by (name, channel), and of the effects' parameters.
         scenery: light and shots.
         bodies: its twins, with texture.
         variances: of each figure of one group.
@@ -75,7 +75,7 @@ class Fit:
 
     base: Base
     effects: tuple[Effect, ...]
-    errors: dict[tuple[str, int | None], float]
+    errors: dict[tuple[str, int | str | None], float]
     scenery: Scenery
     bodies: Observation
     variances: Floats
@@ -223,8 +223,6 @@ def around(base: Base, scenery: Scenery, groups: int, effects: Sequence[Effect] 
     space = space_of(bodies, variances, base, scenery, groups)
     turned = calibration(space, ways)
     covariance = turned.solve @ turned.solve.T
-    errors = {
-        (knob.name, knob.channel): float(np.sqrt(covariance[k, k]))
-        for k, knob in enumerate(ways.knobs)
-    }
+    names = [*((knob.name, knob.channel) for knob in ways.knobs), *ways.tuned]
+    errors = {name: float(np.sqrt(covariance[k, k])) for k, name in enumerate(names)}
     return dataclasses.replace(result, errors=errors)

@@ -7,6 +7,7 @@ others have a prior, because nobody's scene is quite as it was measured.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from analysis.gap.light import lamp_of
 from analysis.gap.observe import Observation
 from analysis.gap.space import Space
 from analysis.gap.twin import Scenery, exposure_of, twin
-from sensor.effect import Effect
+from sensor.effect import Effect, Parameter
 
 Floats = NDArray[np.float64]
 
@@ -56,12 +57,15 @@ class Directions:
 
     Attributes:
         knobs: figures of the camera; they come first.
+        tuned: parameters of the effects that the camera has, by name of effect and parameter; they
+            come next, so that what is left is not what a better fit of these would take up.
         figures: (directions, figures).
         means: (directions, shots, channels, blocks).
         prior: standard deviation of each; infinite where free.
     """
 
     knobs: tuple[Knob, ...]
+    tuned: tuple[tuple[str, str], ...]
     figures: Floats
     means: Floats
     prior: Floats
@@ -126,13 +130,49 @@ def directions(
         figures.append(of_figures / knob.step * own)
         means.append(of_means / knob.step * lamp[:, None, None] * channel[:, None])
         prior.append(FREE)
+    tuned = []
+    for k, effect in enumerate(effects):
+        for p in free_parameters(effect):
+            by = step_of(effect, p)
+            turned = dataclasses.replace(effect, **{p.name: getattr(effect, p.name) + by})
+            others = [*effects[:k], turned, *effects[k + 1 :]]
+            of_figures, of_means = agreed(
+                references, [twin(scenery, base, effects=others, seed=seed) for seed in seeds]
+            )
+            tuned.append((effect.name, p.name))
+            figures.append(of_figures / by)
+            means.append(of_means / by)
+            prior.append(5.0 * abs(by))
     for change, width in _of_light(base, scenery, references[0]):
         means.append(change)
         figures.append(np.zeros(len(references[0].keys)))
         prior.append(width)
     return Directions(
-        knobs=knobs, figures=np.array(figures), means=np.array(means), prior=np.array(prior)
+        knobs=knobs,
+        tuned=tuple(tuned),
+        figures=np.array(figures),
+        means=np.array(means),
+        prior=np.array(prior),
     )
+
+
+def free_parameters(effect: Effect) -> list[Parameter]:
+    """The parameters of an effect that can be fitted: strengths that are on, and shapes."""
+    return [
+        p
+        for p in effect.parameters()
+        if not p.whole
+        and isinstance(getattr(effect, p.name), float)
+        and not (p.identity is not None and getattr(effect, p.name) == p.identity)
+    ]
+
+
+def step_of(effect: Effect, p: Parameter) -> float:
+    """Step of a parameter's difference quotient: a tenth of it, or a hundredth of its range."""
+    value = float(getattr(effect, p.name))
+    size = abs(value - p.identity) if p.identity is not None and p.identity < 1e6 else abs(value)
+    step = 0.1 * (size or 0.1 * (p.maximum - p.minimum))
+    return step if value + step <= p.maximum else -step
 
 
 def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple[Floats, Floats]:

@@ -14,6 +14,9 @@ GROUP_FRAMES = 8
 """Frames that are looked at together. Real and simulated captures are looked at in groups of the
 same size, so that whatever a finite group does to a statistic it does to both."""
 
+LARGE_PX = 160_000
+"""Of larger frames half as many make a group: there are pixels enough in them."""
+
 MOST_GROUPS = 6
 """Groups of a shot that are looked at."""
 
@@ -49,7 +52,8 @@ def plan(capture: Capture) -> Plan | None:
     if not usable:
         return None
     typical = int(np.median([f.count for f in usable]))
-    frames = max(2, min(GROUP_FRAMES, typical // 2 // 2 * 2))
+    large = usable[0].height * usable[0].width > LARGE_PX
+    frames = max(2, min(GROUP_FRAMES // (2 if large else 1), typical // 2 // 2 * 2))
     usable = [f for f in usable if f.count >= 2 * frames]
     key = tuple(_key_shots(usable))
     return Plan(

@@ -14,11 +14,11 @@ from analysis.gap.observe import STAGES
 from analysis.gap.report import Figure, GapReport, Named
 from analysis.gap.texture import FAMILY, STAGE
 from analysis.gap.twin import electrons
-from camtruth.preview import srgb
 from camtruth.report.pictures import data_url
 from camtruth.report.plot import Axis, Marks, axis_over, plot
 from camtruth.report.sections import Section, Table, sections_page
 from camtruth.terminal import figure, with_error
+from render.preview import srgb
 from sensor.camera import pixels_of, simulate
 from sensor.effect import Stage
 from sensor.frames import Frames

@@ -1,0 +1,123 @@
+"""Statistics of the diagnosis: what independent noise gives, and what each structure adds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.bias.rounding import rounded
+from analysis.gap.calibrate import NODES, WEIGHTS, behind_rounding
+from analysis.gap.hints import period_px
+from analysis.gap.lattices import Lattice, lattices_of, phase_of
+from analysis.gap.light import bilinear
+from analysis.gap.statistics.group import Group, crossed
+from analysis.gap.statistics.structure import columns, neighbours, rows, time
+from sensor.frames import Capture, Frames
+from sensor.protocol import Shot
+
+FRAMES, HEIGHT, WIDTH = 8, 96, 128
+SIGMA = 3.0
+
+
+def group(structure: np.ndarray, seed: int = 1) -> Group:
+    """White noise with something added, as codes around 100."""
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(0, SIGMA, (FRAMES, HEIGHT, WIDTH)) + structure
+    return Group(codes=np.round(100 + noise).astype(np.uint8), top_dn=255, lit=False)
+
+
+def test_white_noise_has_no_structure() -> None:
+    """Every covariance is 0 within four standard errors of a mean over its independent samples."""
+    white = group(np.zeros(1))
+    n = FRAMES * HEIGHT * WIDTH
+    for found in (neighbours(white), time(white)):
+        for name, value in found.items():
+            if name != "repeated frames":
+                assert abs(value) < 5.5 / np.sqrt(n * 5 / 8), name
+    lines = FRAMES * HEIGHT * 7 / 8
+    assert abs(rows(white)["row correlation"]) < 5.5 * np.sqrt(2 / lines) / WIDTH
+    assert abs(columns(white)["column correlation"]) < 5.5 * np.sqrt(2 / lines) / HEIGHT
+
+
+@pytest.mark.parametrize("part", [0.2, 0.5])
+def test_row_noise_is_a_share_of_the_variance(part: float) -> None:
+    """Rows of standard deviation part x sigma: covariance part^2 / (1 + part^2) of the variance."""
+    rng = np.random.default_rng(2)
+    offsets = rng.normal(0, part * SIGMA, (FRAMES, HEIGHT, 1))
+    found = rows(group(offsets))["row correlation"]
+    total = SIGMA**2 * (1 + part**2) + 1 / 12
+    expected = part**2 * SIGMA**2 / total
+    error = expected * np.sqrt(2 / (FRAMES * HEIGHT * 7 / 8)) * 1.3
+    assert abs(found - expected) < 5 * error
+    independent = rng.normal(0, part * SIGMA, (FRAMES, HEIGHT, WIDTH))
+    impostor = rows(group(independent))["row correlation"]
+    assert abs(impostor - expected) > 5 * error
+
+
+def test_crossed_differences_see_no_edges_but_keep_variance() -> None:
+    """Upright edges and shading vanish; independent samples keep their variance."""
+    y, x = np.mgrid[:80, :100]
+    picture = (50.0 * (x > 40) + 30.0 * (y > 20) + 0.2 * x + 0.1 * y).astype(np.float32)
+    assert np.abs(crossed(picture)).max() < 1e-4
+    noise = np.random.default_rng(3).normal(0, 2.0, (400, 400)).astype(np.float32)
+    # neighbours of the stencil overlap: the error of the variance is that of n / 9 samples or so
+    assert crossed(noise).var() == pytest.approx(4.0, rel=5 * np.sqrt(2 * 9 / 400**2))
+
+
+@pytest.mark.parametrize(
+    ("black", "read", "fpn"), [(3.0, 0.26, 0.15), (5.4, 0.5, 0.2), (4.0, 1.5, 0.3)]
+)
+def test_darks_behind_rounding_give_their_figures_back(
+    black: float, read: float, fpn: float
+) -> None:
+    """Moments after rounding, solved for what is behind it, to a part in a thousand."""
+    pixel = rounded(black + NODES * fpn, read, 255)
+    mean = float(WEIGHTS @ pixel.mean_dn)
+    found = behind_rounding(
+        mean,
+        float(WEIGHTS @ np.square(pixel.sd_dn)),
+        float(WEIGHTS @ np.square(pixel.mean_dn - mean)),
+        255,
+    )
+    assert found == pytest.approx([black, read**2, fpn**2], rel=2e-2, abs=1e-3)
+
+
+def colour_capture(cfa: str, seed: int = 4) -> Capture:
+    """Frames as a bilinear demosaicer makes them: neighbours of a measured sample are means."""
+    rng = np.random.default_rng(seed)
+    raw = rng.normal(60, 4, (8, 64, 64)).astype(np.float32)
+    frames = np.array([bilinear(frame, cfa) for frame in raw])
+    dn = np.clip(np.round(frames), 0, 255).astype(np.uint8)
+    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
+    return Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
+def test_the_mosaic_is_found_behind_colour_frames(cfa: str) -> None:
+    """Measured samples have two to four times the variance of interpolated ones."""
+    capture = colour_capture(cfa)
+    assert phase_of(capture) == cfa
+    assert sorted(lattice.channel for lattice in lattices_of(capture)) == ["B", "G", "G", "R"]
+
+
+def test_no_mosaic_is_made_up() -> None:
+    """Three independent channels have none."""
+    dn = np.random.default_rng(5).normal(60, 4, (8, 64, 64, 3)).astype(np.uint8)
+    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
+    capture = Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))
+    assert phase_of(capture) is None
+
+
+@pytest.mark.parametrize("period", [23.7, 3.3, 500.0])
+def test_a_wave_along_the_read_out_tells_its_period(period: float) -> None:
+    """A sinusoid half as strong as the noise, found to a tenth of the frequency resolution."""
+    rng = np.random.default_rng(6)
+    count = np.arange(HEIGHT * WIDTH).reshape(HEIGHT, WIDTH)
+    drift = 0.31 * np.arange(16)[:, None, None]
+    wave = 1.5 * np.sin(2 * np.pi * (count / period + drift))
+    dn = np.round(100 + rng.normal(0, SIGMA, (16, HEIGHT, WIDTH)) + wave).astype(np.uint8)
+    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=16)
+    stack = Frames(dn=dn, shot=shot, pixels="mono8", bits=8)
+    grey = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
+    found = period_px([stack], grey)
+    assert HEIGHT * WIDTH * abs(1 / found - 1 / period) < 0.5

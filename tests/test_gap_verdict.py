@@ -1,0 +1,121 @@
+"""Verdicts: what is said for which evidence."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from analysis.gap.attribute import Candidate
+from analysis.gap.base import Base
+from analysis.gap.report import NO_GAP, GapReport
+from analysis.gap.suspects import Signature
+from analysis.gap.verdict import (
+    LEAST_SCORE,
+    SEPARATED_BY,
+    both,
+    choose,
+    next_capture,
+    p_of_best,
+    probabilities,
+    verdict,
+)
+from sensor.catalogue import catalogue
+
+BASE = Base(
+    channels=("Y",),
+    gain_dn_per_e=np.ones(1),
+    read_dn2=np.ones(1),
+    fpn_dn2=np.ones(1),
+    prnu2=np.ones(1),
+    black_dn=0.0,
+    dark_e_per_s=0.0,
+    level={},
+)
+
+
+def candidate(name: str, score: float) -> Candidate:
+    """A suspect with a score and nothing else."""
+    effect = catalogue()[name]()
+    nothing = np.zeros(1)
+    return Candidate(
+        effect=effect,
+        errors={},
+        score=score,
+        fit_score=score,
+        forward=score,
+        absorbed=0.0,
+        base=BASE,
+        shown=Signature(effect=effect, figures=nothing, means=nothing, one_by_one=nothing[None]),
+        amount=1.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("effects", "before", "after", "shrink", "at_floor", "word"),
+    [
+        (0, 0.4, 0.4, 0.0, True, "matched"),
+        (0, 1e-6, 1e-6, 0.0, False, "unexplained"),
+        (1, 1e-6, 0.3, 0.97, False, "explained"),
+        (1, 1e-6, 1e-4, 0.9, False, "partly explained"),
+        (1, 1e-6, 1e-4, 0.35, False, "unexplained"),
+        (1, 1e-6, 0.01, -2.0, True, "partly explained"),
+    ],
+)
+def test_the_word(
+    effects: int, before: float, after: float, shrink: float, at_floor: bool, word: str
+) -> None:
+    """A shrunken gap alone is no explanation, and a gap at the floor says nothing by its shrink."""
+    assert verdict(effects, before, after, shrink, at_floor) == word
+
+
+def test_a_weak_suspect_is_not_named() -> None:
+    """Not even when it is alone."""
+    assert choose([candidate("row_noise", LEAST_SCORE - 1)]) is None
+    assert choose([]) is None
+
+
+def test_suspects_within_the_margin_are_named_together() -> None:
+    """Two at most beside the best, and no certainty then."""
+    found = choose([candidate("image_lag", 62.0), candidate("temporal_filter", 61.0),
+                    candidate("jpeg", 20.0)])  # fmt: skip
+    assert found is not None
+    assert [c.name for c in found.alike] == ["temporal_filter"]
+    assert not found.ambiguous
+    assert found.probability < 0.7
+
+
+def test_a_clear_suspect_is_nearly_certain() -> None:
+    """And probabilities leave room for none of them."""
+    scores = probabilities([candidate("row_noise", 200.0), candidate("flicker_noise", 60.0)])
+    assert scores["row_noise"] > 0.99
+    weak = probabilities([candidate("row_noise", LEAST_SCORE), candidate("jpeg", 2.0)])
+    assert sum(weak.values()) < 0.8
+
+
+def test_the_best_of_many_is_less_surprising() -> None:
+    """Sidak's correction: forty suspects reach 9.6 by chance about once in thirteen captures."""
+    one = p_of_best([candidate("row_noise", 9.6)])
+    forty = p_of_best([candidate("row_noise", 9.6)] + [candidate("jpeg", 0.0)] * 39)
+    assert forty == pytest.approx(1 - (1 - one) ** 40)
+    assert both(0.01, 0.5) == pytest.approx(1 - 0.99**2)
+
+
+def test_every_confusion_names_effects_that_exist() -> None:
+    """The table of separating captures speaks of the catalogue."""
+    for names, text in SEPARATED_BY:
+        assert names <= set(catalogue()), names
+        assert text
+    assert "dark" in next_capture(["row_noise", "black_level_drift"])
+
+
+def test_a_report_is_strict_json() -> None:
+    """No NaN and no infinity leaves the program."""
+    gap = dataclasses.replace(NO_GAP, before=float("nan"), shrink=float("inf"))
+    document = GapReport(verdict="matched", gap=gap).to_json()
+    text = json.dumps(document, allow_nan=False)
+    assert json.loads(text)["gap"]["before"] is None
+    assert document["format"] == "camtruth-gap/1"
+    assert document["next_capture"] is None
