@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.base import Base
-from analysis.gap.nuisance import Calibration, Directions, calibration, directions
+from analysis.gap.nuisance import (
+    Calibration,
+    Directions,
+    calibration,
+    directions,
+    moved_twins,
+)
 from analysis.gap.observe import Key, Observation
 from analysis.gap.space import figure_variances, space_of
 from analysis.gap.texture import FAMILY, texture
@@ -171,17 +177,21 @@ def refine(
         steps: iterations.
     """
     base = start
-    ways = directions(base, scenery, SEEDS, effects)
+    ways = _directions(base, scenery, effects)
     for step in range(steps):
         bodies = twins(scenery, base, STEP_TWINS, effects)
         both = with_keys(seen, bodies.keys)
         variances = figure_variances(bodies, lit_by_label(scenery))
         space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
         if step == 1:  # the start may have been far off
-            ways = directions(base, scenery, SEEDS, effects)
+            ways = _directions(base, scenery, effects)
         amounts = calibration(space, ways).amounts(space.of(both, slice(None)))
         base = turn(base, ways, amounts)
     return base
+
+
+def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Directions:
+    return directions(base, scenery, moved_twins(base, scenery, SEEDS, effects))
 
 
 def turn(base: Base, ways: Directions, amounts: Floats, damping: float = 1.0) -> Base:
@@ -202,13 +212,11 @@ def around(base: Base, scenery: Scenery, groups: int, effects: Sequence[Effect] 
     lit = lit_by_label(scenery)
     plain = twins(scenery, base, TWINS, effects)
     variances = figure_variances(plain, lit)
-    ways = directions(base, scenery, SEEDS, effects)
-    picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), ways)
+    moved = moved_twins(base, scenery, SEEDS, effects)
+    plain_ways = directions(base, scenery, moved)
+    picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
-    extra = len(bodies.keys) - len(plain.keys)
-    ways = dataclasses.replace(
-        ways, figures=np.concatenate([ways.figures, np.zeros((len(ways.figures), extra))], axis=1)
-    )
+    ways = directions(base, scenery, moved.seen_by(lambda one: with_texture(one, picture, scenery)))
     variances = figure_variances(bodies, lit)
     result = Fit(
         base=base,

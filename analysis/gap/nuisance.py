@@ -8,7 +8,7 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,10 +94,40 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     return tuple(knobs)
 
 
-def directions(
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Moved:
+    """Twins of a model, and of the model with one thing moved, with the same random numbers.
+
+    Attributes:
+        references: of the model, one for each set of random numbers.
+        knobs: of the model with a knob turned in all channels, by name of the knob.
+        parameters: of the model with a parameter of an effect moved, by effect and parameter.
+        steps: by how much the parameters were moved.
+    """
+
+    references: tuple[Observation, ...]
+    knobs: dict[str, tuple[Observation, ...]]
+    parameters: dict[tuple[str, str], tuple[Observation, ...]]
+    steps: dict[tuple[str, str], float]
+
+    def seen_by(self, look: Callable[[Observation], Observation]) -> Moved:
+        """The same twins, looked at in another way."""
+
+        def all_of(twins: tuple[Observation, ...]) -> tuple[Observation, ...]:
+            return tuple(look(one) for one in twins)
+
+        return Moved(
+            references=all_of(self.references),
+            knobs={name: all_of(twins) for name, twins in self.knobs.items()},
+            parameters={name: all_of(twins) for name, twins in self.parameters.items()},
+            steps=self.steps,
+        )
+
+
+def moved_twins(
     base: Base, scenery: Scenery, seeds: Sequence[int], effects: Sequence[Effect] = ()
-) -> Directions:
-    """All directions at a model.
+) -> Moved:
+    """Twins from which directions are read.
 
     Args:
         base: the calibrated camera.
@@ -105,18 +135,43 @@ def directions(
         seeds: random numbers, once each.
         effects: what the camera has besides.
     """
+
+    def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
+        return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in seeds)
+
     knobs = knobs_of(base, scenery)
-    references = [twin(scenery, base, effects=effects, seed=seed) for seed in seeds]
-    changes: dict[str, tuple[Floats, Floats]] = {}
+    by_knob = {}
     for name in dict.fromkeys(knob.name for knob in knobs):
         # channels have nothing to do with each other, so all are moved at once and told apart
-        moved = base
+        camera = base
         for knob in knobs:
             if knob.name == name:
-                moved = moved.moved(knob.name, knob.channel, knob.step)
-        changes[name] = agreed(
-            references, [twin(scenery, moved, effects=effects, seed=seed) for seed in seeds]
-        )
+                camera = camera.moved(knob.name, knob.channel, knob.step)
+        by_knob[name] = twins(camera, effects)
+    by_parameter, steps = {}, {}
+    for k, effect in enumerate(effects):
+        for p in free_parameters(effect):
+            by = step_of(effect, p)
+            other = dataclasses.replace(effect, **{p.name: getattr(effect, p.name) + by})
+            key = (effect.name, p.name)
+            steps[key] = by
+            by_parameter[key] = twins(base, [*effects[:k], other, *effects[k + 1 :]])
+    return Moved(
+        references=twins(base, effects), knobs=by_knob, parameters=by_parameter, steps=steps
+    )
+
+
+def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
+    """All directions at a model.
+
+    Args:
+        base: the calibrated camera.
+        scenery: light and shots.
+        moved: its twins; see `moved_twins`.
+    """
+    knobs = knobs_of(base, scenery)
+    reference = moved.references[0]
+    changes = {name: agreed(moved.references, after) for name, after in moved.knobs.items()}
     figures, means, prior = [], [], []
     for knob in knobs:
         of_figures, of_means = changes[knob.name]
@@ -126,30 +181,22 @@ def directions(
         lamp = np.ones(len(scenery.shots))
         if knob.name.startswith("level:"):
             lamp = _shots_of(knob, scenery)
-        own = _own(references[0], base, knob.channel)
+        own = _own(reference, base, knob.channel)
         figures.append(of_figures / knob.step * own)
         means.append(of_means / knob.step * lamp[:, None, None] * channel[:, None])
         prior.append(FREE)
-    tuned = []
-    for k, effect in enumerate(effects):
-        for p in free_parameters(effect):
-            by = step_of(effect, p)
-            turned = dataclasses.replace(effect, **{p.name: getattr(effect, p.name) + by})
-            others = [*effects[:k], turned, *effects[k + 1 :]]
-            of_figures, of_means = agreed(
-                references, [twin(scenery, base, effects=others, seed=seed) for seed in seeds]
-            )
-            tuned.append((effect.name, p.name))
-            figures.append(of_figures / by)
-            means.append(of_means / by)
-            prior.append(5.0 * abs(by))
-    for change, width in _of_light(base, scenery, references[0]):
+    for key, after in moved.parameters.items():
+        of_figures, of_means = agreed(moved.references, after)
+        figures.append(of_figures / moved.steps[key])
+        means.append(of_means / moved.steps[key])
+        prior.append(5.0 * abs(moved.steps[key]))
+    for change, width in _of_light(base, scenery, reference):
         means.append(change)
-        figures.append(np.zeros(len(references[0].keys)))
+        figures.append(np.zeros(len(reference.keys)))
         prior.append(width)
     return Directions(
         knobs=knobs,
-        tuned=tuple(tuned),
+        tuned=tuple(moved.parameters),
         figures=np.array(figures),
         means=np.array(means),
         prior=np.array(prior),

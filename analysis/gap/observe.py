@@ -46,7 +46,7 @@ STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
     IMAGE: "optics",
 }
 
-OF_A_BODY = frozenset({"level", "codes", "pattern", "pattern lines", "pattern shape"})
+OF_A_BODY = frozenset({"level", "codes", "pattern", "pattern lines", "pattern shape", "texture"})
 """Families of what stays from frame to frame: more frames do not average a camera body away."""
 
 BLOCKS_DOWN = 16
