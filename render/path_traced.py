@@ -28,7 +28,6 @@ This file alone imports mitsuba.
 
 from __future__ import annotations
 
-import functools
 import math
 import zlib
 from collections.abc import Callable, Mapping
@@ -40,29 +39,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.backend import backend
-from render import stage
+from render import camera, plugins, stage
 from render.batches import BATCHES, Sums, batches_needed, relative_noise
+from render.camera import Sampler
 from render.closed_form import channel_weights
 from render.errors import RenderError
-from render.palette import QUANTILES, Palette, integrated, sampled, single
+from render.palette import QUANTILES, integrated, sampled, single
 from render.pupil import open_fraction
 from render.rate import RateHeader, RateImage, rate_image
-from render.real_lens import INDEX_NM, leave, pupils
 from render.record import optics, versions
-from render.stage import MM_PER_M
 from scenes.field import WAVELENGTHS_NM
 from scenes.geometry import panels
 from scenes.imaging import real_field, smooth
 from scenes.lamp import Lamp
-from scenes.prescription import mounted
-from scenes.ray_trace import Maths
 from scenes.scene import Scene
 from scenes.spectra import CHANNELS, Spectrum, response
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 Wavelengths = Literal["integrated", "sampled"]
-Sampler = Literal["multijitter", "independent"]
 
 VARIANTS = {"scalar": "scalar_spectral", "llvm": "llvm_ad_spectral", "cuda": "cuda_ad_spectral"}
 __all__ = ["BATCHES", "SAMPLES", "render", "traced_open_fraction"]
@@ -119,7 +114,7 @@ def render(
             "expected LLVM or CUDA, which trace its surfaces a hundred times faster",
             "see 'camtruth doctor', or use a thin lens",
         )
-    mi.set_variant(VARIANTS[backend().name])
+    _use_backend()
     curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
     points = len(stage.lamp_points(scene, source)[1])
     per_batch = _per_batch(samples, 1 if backend().jit and bounces == 0 else points)
@@ -205,20 +200,20 @@ def _passes(
     result = []
     for palette, true_nm, one_wavelength in colours:
         if scene.lens.kind == "thin":
-            sensor = _sensor(scene, palette, sampler)
+            sensor = camera.sensor(scene, palette, sampler)
         else:
-            sensor = _real_sensor(scene, palette, sampler, true_nm, one_wavelength)
-        chart = _load(_lit_chart(scene, lamp, palette, sensor, integrator, bounces))
+            sensor = camera.real_sensor(scene, palette, sampler, true_nm, one_wavelength)
+        chart = _load(camera.lit_chart(scene, lamp, palette, sensor, integrator, bounces))
         names = [channel for channel in CHANNELS if channel in palette.film]
         result.append(
             Pass(
                 chart=chart,
-                witness=_load(_witness(scene, sensor, integrator)) if witness else None,
+                witness=_load(camera.witness(scene, sensor, integrator)) if witness else None,
                 area=np.array([np.trapezoid(palette.film[c], palette.film_nm) for c in names]),
                 white=palette.white,
             )
         )
-    _LENSES.clear()
+    plugins.forget()
     return result
 
 
@@ -226,13 +221,13 @@ def _scale(scene: Scene, lamp: Lamp, curves: Mapping[str, Spectrum], witness: bo
     """From radiance to power on a pixel in m2 sr, (H, W, 1 or 3): what the witness should see."""
     if scene.lens.kind == "thin":
         seen_open = open_fraction(scene) if witness else np.ones(())
-        return (_detector_factor(scene) * seen_open)[..., None]
+        return (camera.detector_factor(scene) * seen_open)[..., None]
     known = real_field(scene)
     assert known is not None
     pixel_m2 = (scene.detector.pitch_um * 1e-6) ** 2 * scene.lens.transmission
     if not witness:
         return np.asarray(pixel_m2 * known.etendue[0].mean())[None, None, None]
-    radius_m = np.hypot(*_places_m(scene))
+    radius_m = np.hypot(*camera.places_m(scene))
     weights = channel_weights(lamp, curves, WAVELENGTHS_NM)
     etendue = [smooth(known.radius_m, known.etendue @ w, radius_m, odd=False) for w in weights]
     return pixel_m2 * np.stack(etendue, axis=-1)
@@ -245,11 +240,13 @@ def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Arra
     hide a ring of the wrong size.
     """
     _refuse_numbers(samples, seed, None, 0)
-    mi.set_variant(VARIANTS[backend().name])
+    _use_backend()
     detector = scene.detector
     curves = response(detector.response, detector.infrared_cut)
     palette = integrated(scene, scene.lamp[0], curves)
-    witness = _load(_witness(scene, _sensor(scene, palette, "multijitter"), DIRECT_LIGHT))
+    witness = _load(
+        camera.witness(scene, camera.sensor(scene, palette, "multijitter"), DIRECT_LIGHT)
+    )
     per_batch = _per_batch(samples, 1)
     area = sum(float(np.trapezoid(palette.film[c], palette.film_nm)) for c in CHANNELS)
     batches = [
@@ -257,6 +254,13 @@ def traced_open_fraction(scene: Scene, *, samples: int, seed: int) -> tuple[Arra
         for number in range(BATCHES)
     ]
     return np.mean(batches, axis=0), np.var(batches, axis=0, ddof=1) / BATCHES
+
+
+def _use_backend() -> None:
+    """Mitsuba's variant of the backend, with our plugins where it compiles just in time."""
+    mi.set_variant(VARIANTS[backend().name])
+    if backend().jit:
+        plugins.register(mi, mi.variant())
 
 
 def _integrator(bounces: int, points: int) -> dict[str, Any]:
@@ -267,38 +271,9 @@ def _integrator(bounces: int, points: int) -> dict[str, Any]:
     """
     if bounces == 0:
         if points > 1 and backend().jit:
-            return {"type": _every_lamp()}
+            return {"type": plugins.EVERY_LAMP}
         return DIRECT_LIGHT
     return {"type": "path", "max_depth": 2 + bounces, "rr_depth": 1000}
-
-
-@functools.cache
-def _every_lamp() -> str:
-    """The name of an integrator for direct light that asks every lamp of the scene."""
-    import drjit as dr
-
-    class EveryLamp(mi.SamplingIntegrator):
-        """Direct light of all lamps, none left to chance; the glow of what is met besides."""
-
-        def sample(
-            self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
-        ) -> tuple[Any, Any, list[Any]]:
-            met = scene.ray_intersect(ray, active)
-            valid = active & met.is_valid()
-            light = mi.Spectrum(met.emitter(scene).eval(met, valid))
-            surface, context = met.bsdf(ray), mi.BSDFContext()
-            for lamp in scene.emitters():
-                if not mi.has_flag(lamp.flags(), mi.EmitterFlags.DeltaPosition):
-                    continue
-                towards, weight = lamp.sample_direction(met, mi.Point2f(0.5), valid)
-                asks = valid & dr.any(weight != 0)
-                hidden = scene.ray_test(met.spawn_ray_to(towards.p), asks)
-                seen = surface.eval(context, met, met.to_local(towards.d), asks)
-                light += dr.select(asks & ~hidden, weight * seen, 0)
-            return light, valid, []
-
-    mi.register_integrator("every_lamp", lambda properties: EveryLamp(properties))
-    return "every_lamp"
 
 
 def _per_batch(samples: int, points: int) -> int:
@@ -330,215 +305,6 @@ def _image(scene: Any, samples: int, word: int) -> Array:
     """One batch, (H, W, 3)."""
     seen = np.array(mi.render(scene, spp=samples, seed=word), dtype=np.float64)
     return seen[..., : len(CHANNELS)]
-
-
-def _detector_factor(scene: Scene) -> Array:
-    """From radiance to power on a pixel in m2 sr, (H, W): aperture / v^2, cos^4, pixel area."""
-    lens = scene.lens
-    image_m = lens.image_distance_m
-    pitch_m = scene.detector.pitch_um * 1e-6
-    right_m, up_m = _places_m(scene)
-    slant2 = 1 + (right_m**2 + up_m**2) / image_m**2
-    on_axis = math.pi * (lens.aperture_radius_m / image_m) ** 2 * pitch_m**2 * lens.transmission
-    return np.asarray(on_axis / slant2**2)
-
-
-def _places_m(scene: Scene) -> tuple[Array, Array]:
-    """The middle of each pixel, to the right (1, W) and up (H, 1) from the centre, in m."""
-    detector = scene.detector
-    pitch_m = detector.pitch_um * 1e-6
-    columns = (np.arange(detector.width_px) - (detector.width_px - 1) / 2) * pitch_m
-    rows = (np.arange(detector.height_px) - (detector.height_px - 1) / 2) * pitch_m
-    return np.asarray(columns)[None, :], -np.asarray(rows)[:, None]
-
-
-def _even_curve(nm: Array, value: Array) -> dict[str, Any]:
-    """The same for evenly spaced samples, as a film response has to be."""
-    return {
-        "type": "regular",
-        "wavelength_min": float(nm[0]),
-        "wavelength_max": float(nm[-1]),
-        "values": ", ".join(repr(float(x)) for x in value),
-    }
-
-
-def _sensor(scene: Scene, palette: Palette, sampler: Sampler) -> dict[str, Any]:
-    """The camera: looking down the z axis, image upright, its film the palette's channels."""
-    lens, detector = scene.lens, scene.detector
-    half_width_m = detector.width_px * detector.pitch_um * 1e-6 / 2
-    nearest_mm = lens.barrel.distance_mm if lens.barrel else 1.0
-    return {
-        "type": "thinlens",
-        "fov": 2 * math.degrees(math.atan(half_width_m / lens.image_distance_m)),
-        "fov_axis": "x",
-        "aperture_radius": lens.aperture_radius_m * MM_PER_M,
-        "focus_distance": lens.focus_distance_m * MM_PER_M,
-        "near_clip": nearest_mm / 10,
-        "far_clip": 1e6,
-        "to_world": stage.look_at(
-            np.array([0.0, 0.0, scene.camera_distance_m * MM_PER_M]),
-            np.zeros(3),
-            np.array([0.0, 1.0, 0.0]),
-        ),
-        "film": _film(scene, palette),
-        "sampler": {"type": sampler},
-    }
-
-
-def _film(scene: Scene, palette: Palette) -> dict[str, Any]:
-    result: dict[str, Any] = {
-        "type": "specfilm",
-        "width": scene.detector.width_px,
-        "height": scene.detector.height_px,
-        "component_format": "float32",
-        "rfilter": {"type": "box"},
-    }
-    for channel, values in palette.film.items():
-        result[f"srf_{channel}"] = _even_curve(palette.film_nm, values)
-    return result
-
-
-def _real_sensor(
-    scene: Scene, palette: Palette, sampler: Sampler, true_nm: Array, one_wavelength: bool
-) -> dict[str, Any]:
-    """A camera whose rays go through the surfaces of a real lens.
-
-    `true_nm` are the wavelengths that bend, evenly along the film; with `one_wavelength` the four
-    of a path are made one, else they differ in name alone.
-    """
-    key = len(_LENSES)
-    _LENSES[key] = (scene, palette.film_nm[[0, -1]], true_nm, one_wavelength)
-    return {
-        "type": _traced_lens(),
-        "key": key,
-        "film": _film(scene, palette),
-        "sampler": {"type": sampler},
-    }
-
-
-_LENSES: dict[int, tuple[Scene, Array, Array, bool]] = {}
-"""What a plugin is made of: Mitsuba hands numbers to it, but no objects of ours."""
-
-
-@functools.cache
-def _traced_lens() -> str:
-    """The name of the sensor that traces real lenses."""
-    import drjit as dr
-
-    maths = Maths(sqrt=dr.sqrt, select=dr.select)
-
-    def table(values: Array) -> Any:
-        return mi.Float(np.ascontiguousarray(values.ravel(), dtype=np.float32))
-
-    def look_up(values: Any, cell: Any, part: Any, size: int, row: int) -> Any:
-        low = dr.gather(mi.Float, values, cell + row * size)
-        return dr.lerp(low, dr.gather(mi.Float, values, cell + row * size + 1), part)
-
-    def cell_of(position: Any, size: int) -> tuple[Any, Any]:
-        cell = dr.clip(mi.UInt32(position), 0, size - 2)
-        return cell, position - mi.Float(cell)
-
-    class TracedLens(mi.Sensor):
-        """Rays from the film through a prescription; see `real_lens`."""
-
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            scene, ends_nm, true_nm, self.one_wavelength = _LENSES[int(properties["key"])]
-            known = real_field(scene)
-            assert known is not None
-            self.lens = mounted(scene.lens)
-            self.pupils = pupils(self.lens, known)
-            self.distance_m = scene.camera_distance_m
-            pitch_m = scene.detector.pitch_um * 1e-6
-            self.size_m = scene.detector.width_px * pitch_m, scene.detector.height_px * pitch_m
-            self.ends_nm, self.colours = ends_nm, true_nm.size
-            self.true_nm = table(true_nm)
-            self.radii = len(self.pupils.ellipse)
-            self.ellipses = table(self.pupils.ellipse.T)
-            self.indices = table(self.pupils.indices)
-            self.m_needs_sample_3 = True
-
-        def sample_ray(
-            self, time: Any, colour: Any, position: Any, aperture: Any, active: Any = True
-        ) -> tuple[Any, Any]:
-            wavelengths, weight = self.sample_wavelengths(
-                dr.zeros(mi.SurfaceInteraction3f), colour, active
-            )
-            first = wavelengths[0]
-            if self.one_wavelength:
-                wavelengths = type(wavelengths)(first)
-                weight = type(weight)(weight[0])
-            low, high = (float(nm) for nm in self.ends_nm)
-            cell, part = cell_of((first - low) / (high - low) * (self.colours - 1), self.colours)
-            nm = look_up(self.true_nm, cell, part, self.colours, 0)
-            step = float(INDEX_NM[1] - INDEX_NM[0])
-            cell, part = cell_of((nm - float(INDEX_NM[0])) / step, INDEX_NM.size)
-            count = len(self.lens.surfaces) + 1
-            indices = [look_up(self.indices, cell, part, INDEX_NM.size, n) for n in range(count)]
-            right = (position.x - 0.5) * self.size_m[0]
-            up = (0.5 - position.y) * self.size_m[1]
-            along = dr.sqrt(right * right + up * up) / self.pupils.radius_m * (self.radii - 1)
-            cell, part = cell_of(along, self.radii)
-            ellipse = [look_up(self.ellipses, cell, part, self.radii, n) for n in range(4)]
-            point = mi.warp.square_to_uniform_disk_concentric(aperture)
-            rays, share = leave(
-                self.lens, self.pupils, (right, up), (point.x, point.y), ellipse, indices, maths
-            )
-            alive = rays.alive & active
-            origin = mi.Point3f(rays.x, rays.y, rays.z + self.distance_m) * MM_PER_M
-            direction = mi.Vector3f(rays.dx, rays.dy, rays.dz)
-            ray = mi.Ray3f(
-                dr.select(alive, origin, mi.Point3f(0, 0, self.distance_m * MM_PER_M)),
-                dr.select(alive, dr.normalize(direction), mi.Vector3f(0, 0, -1)),
-                time,
-                wavelengths,
-            )
-            return ray, weight * dr.select(alive, share, 0.0)
-
-        def sample_ray_differential(
-            self, time: Any, colour: Any, position: Any, aperture: Any, active: Any = True
-        ) -> tuple[Any, Any]:
-            ray, weight = self.sample_ray(time, colour, position, aperture, active)
-            return mi.RayDifferential3f(ray), weight
-
-    mi.register_sensor("traced_lens", lambda properties: TracedLens(properties))
-    return "traced_lens"
-
-
-def _witness(scene: Scene, sensor: dict[str, Any], integrator: dict[str, Any]) -> dict[str, Any]:
-    """Nothing but the lens, its barrel and a black wall that glows with radiance 1 at all
-    wavelengths.
-
-    Each path meets barrel or wall and asks a lamp once, as in the chart's scene: the scalar
-    backend draws one random number after the other, and the two have to draw equally many.
-    """
-    glow = {"type": "area", "radiance": {"type": "uniform", "value": 1.0}}
-    return {
-        "type": "scene",
-        "integrator": integrator,
-        "sensor": sensor,
-        "wall": {**stage.wall(scene, stage.matt(stage.BLACK)), "emitter": glow},
-        **stage.barrel(scene),
-    }
-
-
-def _lit_chart(
-    scene: Scene,
-    lamp: Lamp,
-    palette: Palette,
-    sensor: dict[str, Any],
-    integrator: dict[str, Any],
-    bounces: int,
-) -> dict[str, Any]:
-    """The chart under its lamp, in its booth if light may bounce."""
-    return {
-        "type": "scene",
-        "integrator": integrator,
-        "sensor": sensor,
-        **stage.lamps(scene, lamp),
-        **stage.chart(scene, palette),
-        **(stage.booth(scene) if bounces else {}),
-    }
 
 
 def _load(description: Any) -> Any:
