@@ -142,33 +142,18 @@ def _best_start(
         hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
         if hinted:
             effect = dataclasses.replace(effect, **hinted)
-        found = _held(case, effect, references, SEEDS[:1])
-        if found is not None and _of_the_image(case, found) > MUCH:
-            # what stands elsewhere in every camera body shows with the second one
-            found = _held(case, effect, references)
+        found = _held(case, effect, references)
         if found is not None and (best is None or found.score > best.score):
             best = found
     return best
-
-
-MUCH = 0.2
-
-
-def _of_the_image(case: Case, found: Evidence) -> float:
-    """Part of a signature that is in the mean image."""
-    image = found.left[len(case.fitting.turned.space.keys) :]
-    return float(image @ image) / found.norm if found.norm > 0 else 0.0
 
 
 def _held(
     case: Case,
     effect: Effect,
     references: dict[int, Observation],
-    seeds: Sequence[int] = SEEDS,
 ) -> Evidence | None:
-    shown = signature(
-        effect, case.known, others=case.known.effects, seeds=seeds, references=references
-    )
+    shown = signature(effect, case.known, others=case.known.effects, references=references)
     if shown is None:
         return None
     return hold(shown, case.fitting.turned, case.fit_left)
@@ -179,7 +164,6 @@ def _adapt(case: Case, found: Evidence, references: dict[int, Observation]) -> E
     best = found
     factor, response = 1.0, 1.5
     tried: list[tuple[float, float]] = [(1.0, found.amount)]
-    seeds = SEEDS if _of_the_image(case, found) > MUCH else SEEDS[:1]
     for _ in range(ROUNDS):
         amount = tried[-1][1]
         if RIGHT[0] <= amount <= RIGHT[1] or amount == 0.0:
@@ -188,7 +172,7 @@ def _adapt(case: Case, found: Evidence, references: dict[int, Observation]) -> E
             factor = -factor * min(abs(amount), 4.0)
         else:
             factor *= float(np.clip(amount ** (1.0 / response), 0.1, 8.0))
-        shown = _held(case, scaled(found.effect, factor), references, seeds)
+        shown = _held(case, scaled(found.effect, factor), references)
         if shown is None or shown.effect == best.effect:
             break
         tried.append((factor, shown.amount))

@@ -28,7 +28,7 @@ from analysis.gap.report import (
     Place,
     Suspect,
 )
-from analysis.gap.shots import FEWEST_FRAMES, GROUP_FRAMES, Plan, groups_of, plan
+from analysis.gap.shots import FEWEST_FRAMES, FEWEST_SHOTS, GROUP_FRAMES, Plan, groups_of, plan
 from analysis.gap.texture import STAGE as TEXTURE_STAGE
 from analysis.gap.twin import Scenery, exposure_of, shots_of
 from analysis.gap.verdict import (
@@ -253,13 +253,13 @@ def diagnose(
     setting = None if trouble else look(capture, stated or {})
     if setting is None:
         trouble = trouble or (
-            f"no shot has {FEWEST_FRAMES} frames; {2 * GROUP_FRAMES} of each are needed to split"
-            " them into frames that fit and frames that score"
+            f"fewer than {FEWEST_SHOTS} shots have {FEWEST_FRAMES} frames; {2 * GROUP_FRAMES} of"
+            " each are needed to split them into frames that fit and frames that score"
         )
         report = GapReport(
             verdict="insufficient data",
             gap=NO_GAP,
-            next_capture=f"{2 * GROUP_FRAMES} or more frames of each shot, none of them saturated",
+            next_capture=f"darks and lit shots of {2 * GROUP_FRAMES} or more frames, not saturated",
             seconds=time.monotonic() - began,
             notes=(trouble,),
         )
@@ -384,7 +384,9 @@ def conclude(
         gap=gap,
         where=places(before, setting),
         next_capture=wanted,
-        calibration=calibration_figures(models[-1] if choices else models[0]),
+        calibration=calibration_figures(
+            models[-1] if choices else models[0], after.rod if choices else before.rod
+        ),
         notes=notes_of(setting),
     )
 
@@ -410,11 +412,11 @@ def _parameter(
     """A parameter after the last step of the fit, with its standard error where it has one."""
     value = float(Colours.of(getattr(effect, p.name)).G)
     key = (effect.name, p.name)
-    error = model.errors.get(key)
-    if error is None:
+    if key not in found.tuned:
         return Figure(value=value, se=best.errors.get(p.name), unit=p.unit)
-    moved = float(np.clip(value + found.tuned.get(key, 0.0), p.minimum, p.maximum))
-    return Figure(value=moved, se=max(error, 0.3 * best.errors.get(p.name, 0.0)), unit=p.unit)
+    moved = float(np.clip(value + found.tuned[key], p.minimum, p.maximum))
+    place = len(model.ways.knobs) + model.ways.tuned.index(key)
+    return Figure(value=moved, se=float(found.rod.errors[place]), unit=p.unit)
 
 
 def gap_of(
@@ -548,9 +550,11 @@ def _span(first: float, last: float) -> slice:
 UNITS = {"gain": "DN/e-", "read": "DN", "fpn": "DN", "prnu": "1"}
 
 
-def calibration_figures(known: Fit) -> dict[str, dict[str, Figure]]:
+def calibration_figures(known: Fit, rod: Yardstick) -> dict[str, dict[str, Figure]]:
     """The base camera by figure and channel, with standard errors."""
     base, found = known.base, {}
+    names = [(knob.name, knob.channel) for knob in known.ways.knobs]
+    errors = dict(zip(names, map(float, rod.errors), strict=False))
     for name, values in (
         ("gain", base.gain_dn_per_e),
         ("read", np.sqrt(base.read_dn2)),
@@ -559,15 +563,15 @@ def calibration_figures(known: Fit) -> dict[str, dict[str, Figure]]:
     ):
         table = {}
         for c, channel in enumerate(base.channels):
-            error = known.errors.get((name, c))
+            error = errors.get((name, c))
             value = float(values[c])
             if error is not None:
                 # of a logarithm, or of a variance
                 error = error * value if name == "gain" else error / (2 * max(value, 1e-6))
             table[channel] = Figure(value=value, se=error, unit=UNITS[name])
         found[name] = table
-    black = Figure(value=base.black_dn, se=known.errors.get(("black", None)), unit="DN")
-    dark = Figure(value=base.dark_e_per_s, se=known.errors.get(("dark", None)), unit="e-/s")
+    black = Figure(value=base.black_dn, se=errors.get(("black", None)), unit="DN")
+    dark = Figure(value=base.dark_e_per_s, se=errors.get(("dark", None)), unit="e-/s")
     return {**found, "black": {"all": black}, "dark_current": {"all": dark}}
 
 

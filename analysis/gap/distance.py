@@ -16,7 +16,7 @@ from scipy import stats
 
 from analysis.gap.fit import Fit, fair
 from analysis.gap.nuisance import Calibration
-from analysis.gap.observe import Observation
+from analysis.gap.observe import IMAGE, OF_A_BODY, Observation
 
 Floats = NDArray[np.float64]
 
@@ -35,6 +35,7 @@ class Yardstick:
         expected: chi-squared that a twin has of each family.
         variance: of that chi-squared.
         residuals: the twins themselves in this space, one row each.
+        errors: standard errors of the amounts of all directions, from the twins' own.
     """
 
     turned: Calibration
@@ -43,6 +44,7 @@ class Yardstick:
     expected: Floats
     variance: Floats
     residuals: Floats
+    errors: Floats
 
 
 def yardstick(known: Fit, seen: Observation) -> Yardstick:
@@ -58,9 +60,8 @@ def yardstick(known: Fit, seen: Observation) -> Yardstick:
     one = known.calibration_of_twins()
     bodies = known.bodies
     count = bodies.groups
-    residuals = np.array(
-        [one.left(fair(count) * one.space.of(bodies, slice(k, k + 1))) for k in range(count)]
-    )
+    differences = [fair(count) * one.space.of(bodies, slice(k, k + 1)) for k in range(count)]
+    residuals = np.array([one.left(difference) for difference in differences])
     squares = np.array(
         [[np.sum(np.square(r[: len(families)][families == n])) for n in names] for r in residuals]
     )
@@ -77,7 +78,25 @@ def yardstick(known: Fit, seen: Observation) -> Yardstick:
         expected=expected,
         variance=np.maximum(variance, 1e-12),
         residuals=residuals,
+        errors=_errors(known, one, np.array([one.amounts(d) for d in differences]), seen.groups),
     )
+
+
+def _errors(known: Fit, one: Calibration, amounts: Floats, groups: int) -> Floats:
+    """Standard errors of amounts that are read from so many groups of one camera body.
+
+    What a direction changes in the noise is averaged over groups, what it changes in the pattern of
+    a body is not.
+    """
+    ways = known.ways
+    body = np.isin(one.space.families, [IMAGE, *OF_A_BODY])
+    columns = np.array(
+        [one.space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
+    )
+    squares = np.square(columns)
+    share = squares[:, body].sum(axis=1) / np.maximum(squares.sum(axis=1), 1e-300)
+    scale = share + (1 - share) / groups + 1 / len(amounts)
+    return np.asarray(amounts.std(axis=0, ddof=1) * np.sqrt(scale))
 
 
 @dataclass(frozen=True, kw_only=True)

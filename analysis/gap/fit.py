@@ -71,7 +71,6 @@ class Fit:
     Attributes:
         base: the camera.
         effects: what it has besides.
-        errors: standard errors of the knobs, by (name, channel), and of the effects' parameters.
         scenery: light and shots.
         bodies: its twins, with texture.
         variances: of each figure of one group.
@@ -81,7 +80,6 @@ class Fit:
 
     base: Base
     effects: tuple[Effect, ...]
-    errors: dict[tuple[str, int | str | None], float]
     scenery: Scenery
     bodies: Observation
     variances: Floats
@@ -181,7 +179,7 @@ def refine(
     for step in range(steps):
         bodies = twins(scenery, base, STEP_TWINS, effects)
         both = with_keys(seen, bodies.keys)
-        variances = figure_variances(bodies, lit_by_label(scenery))
+        variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
         space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
         if step == 1:  # the start may have been far off
             ways = _directions(base, scenery, effects)
@@ -211,26 +209,19 @@ def around(base: Base, scenery: Scenery, groups: int, effects: Sequence[Effect] 
     """Everything around a model: twins, spreads, directions."""
     lit = lit_by_label(scenery)
     plain = twins(scenery, base, TWINS, effects)
-    variances = figure_variances(plain, lit)
+    variances = figure_variances(plain, lit, scenery.light.known)
     moved = moved_twins(base, scenery, SEEDS, effects)
     plain_ways = directions(base, scenery, moved)
     picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
     ways = directions(base, scenery, moved.seen_by(lambda one: with_texture(one, picture, scenery)))
-    variances = figure_variances(bodies, lit)
-    result = Fit(
+    variances = figure_variances(bodies, lit, scenery.light.known)
+    return Fit(
         base=base,
         effects=tuple(effects),
-        errors={},
         scenery=scenery,
         bodies=bodies,
         variances=variances,
         ways=ways,
         picture=picture,
     )
-    space = space_of(bodies, variances, base, scenery, groups)
-    turned = calibration(space, ways)
-    covariance = turned.solve @ turned.solve.T
-    names = [*((knob.name, knob.channel) for knob in ways.knobs), *ways.tuned]
-    errors = {name: float(np.sqrt(covariance[k, k])) for k, name in enumerate(names)}
-    return dataclasses.replace(result, errors=errors)

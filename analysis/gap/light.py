@@ -28,6 +28,9 @@ PATHS = 32
 """Light paths per pixel of a rendered scene: 2e-4 of the light, far below what nobody knows of a
 real chart."""
 
+PICTURE_FRAMES = 32
+"""Frames from which a picture is read."""
+
 LEAST_CORRELATION = 0.8
 """Between the frames and their light, lowest of all lamps; a scene that shows less is another."""
 
@@ -151,14 +154,16 @@ def _from_frames(lit: list[Frames], black_dn: float) -> dict[str, Rate]:
         if float((plane >= f.top_dn - black_dn).mean()) < 0.01 or lamp_of(f.shot) not in sums:
             sums.setdefault(lamp_of(f.shot), []).append(np.asarray(plane / unit))
     return {
-        lamp: np.clip(ndimage.gaussian_filter(np.mean(images, axis=0), (1.5, 1.5, 0)), 0, None)
+        # a median leaves the ramps of blurred edges as they are
+        lamp: np.clip(ndimage.median_filter(np.mean(images, axis=0), (5, 5, 1)), 0, None)
         for lamp, images in sums.items()
     }
 
 
 def _plane(frames: Frames, black_dn: float) -> Rate:
     """Mean of the first frames above black, in three colours, (H, W, 3)."""
-    mean = np.asarray(frames.dn[:8]).mean(axis=0, dtype=np.float32) - np.float32(black_dn)
+    mean = np.asarray(frames.dn[:PICTURE_FRAMES]).mean(axis=0, dtype=np.float32)
+    mean = mean - np.float32(black_dn)
     if mean.ndim == 3:
         return np.asarray(mean)
     if frames.cfa is None:

@@ -32,7 +32,7 @@ LEVEL_PRIOR = 0.001
 
 FREE = np.inf
 
-COHERENT = 0.5
+COHERENT = 0.2
 """Correlation from which two images show the same thing."""
 
 

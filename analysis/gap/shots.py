@@ -23,6 +23,7 @@ MOST_GROUPS = 6
 FEWEST_FRAMES = 4
 """A shot with fewer cannot be split into two groups that both have noise in time."""
 
+FEWEST_SHOTS = 2
 KEY_SHOTS = 5
 """Shots that choose and fit: enough for two lamps, two levels, and two exposures in the dark."""
 
@@ -47,14 +48,19 @@ class Plan:
 
 
 def plan(capture: Capture) -> Plan | None:
-    """How to use a capture; None where no shot has enough frames."""
+    """How to use a capture; None where fewer than two shots have enough frames.
+
+    One shot cannot tell gain from read noise, nor light from black level.
+    """
     usable = [f for f in capture.frames if f.count >= FEWEST_FRAMES]
-    if not usable:
+    if len(usable) < FEWEST_SHOTS:
         return None
     typical = int(np.median([f.count for f in usable]))
     large = usable[0].height * usable[0].width > LARGE_PX
     frames = max(2, min(GROUP_FRAMES // (2 if large else 1), typical // 2 // 2 * 2))
     usable = [f for f in usable if f.count >= 2 * frames]
+    if len(usable) < FEWEST_SHOTS:
+        return None
     key = tuple(_key_shots(usable))
     return Plan(
         frames=frames,

@@ -99,12 +99,21 @@ MODEL_ERROR = 0.05
 standard errors, those errors are not what limits a fit."""
 
 
-def figure_variances(twins: Observation, lit: dict[str, bool]) -> Floats:
+OF_THE_PICTURE = ("codes", "texture", "grid of 8", "off bilinear", "variance, part")
+"""Beginnings of the names of families and statistics that depend on the picture to its last detail:
+of lit shots whose light was read from the frames they tell nothing."""
+
+NOTHING = 1e4
+"""Standard errors become so many times larger where a figure tells nothing."""
+
+
+def figure_variances(twins: Observation, lit: dict[str, bool], known: bool = True) -> Floats:
     """Variance of each figure of one group between twins, drawn to that of its like elsewhere.
 
     Args:
         twins: of one base; each group is another body.
         lit: whether a shot is lit.
+        known: whether the light is known.
     """
     keys, figures = twins.keys, twins.figures
     freedom = len(figures) - 1
@@ -119,7 +128,15 @@ def figure_variances(twins: Observation, lit: dict[str, bool]) -> Floats:
     pooled = own.copy()
     for places in alike.values():
         pooled[places] = np.exp(np.mean(np.log(own[places])))
-    return np.asarray((freedom * own + PRIOR_FREEDOM * pooled) / (freedom + PRIOR_FREEDOM))
+    variances = (freedom * own + PRIOR_FREEDOM * pooled) / (freedom + PRIOR_FREEDOM)
+    if not known:
+        silent = [
+            lit[key.shot]
+            and (key.family.startswith(OF_THE_PICTURE) or key.statistic.startswith(OF_THE_PICTURE))
+            for key in keys
+        ]
+        variances[silent] *= NOTHING**2
+    return np.asarray(variances)
 
 
 def space_of(
