@@ -17,7 +17,7 @@ from analysis.gap.twin import electrons
 from camtruth.report.pictures import data_url
 from camtruth.report.plot import Axis, Marks, axis_over, plot
 from camtruth.report.sections import Section, Table, sections_page
-from camtruth.terminal import figure, with_error
+from camtruth.terminal import with_error
 from render.preview import srgb
 from sensor.camera import pixels_of, simulate
 from sensor.effect import Stage
@@ -190,19 +190,20 @@ def _bars(title: str, values: dict[str, float], label: str) -> str:
     """Horizontal bars, one for each name."""
     top = max([*values.values(), 1e-9])
     lines = [
-        f'<svg class="plot" viewBox="0 0 330 {28 + 18 * len(values)}" role="img"'
+        f'<svg class="plot narrow" viewBox="0 0 460 {30 + 18 * len(values)}" role="img"'
         f' aria-label="{title}">',
         f'<text class="title" x="8" y="14">{title}</text>',
+        f"<desc>{label}</desc>",
     ]
     for k, (name, value) in enumerate(values.items()):
-        y = 30 + 18 * k
-        width = 130 * value / top
-        lines.append(f'<text x="142" y="{y + 4}" text-anchor="end">{name}</text>')
+        y = 32 + 18 * k
+        width = 200 * value / top
+        lines.append(f'<text class="label" x="176" y="{y + 4}" text-anchor="end">{name}</text>')
         lines.append(
-            f'<rect class="b" x="148" y="{y - 6}" width="{width:.1f}" height="11" rx="1"/>'
+            f'<rect class="dots b" x="182" y="{y - 6}" width="{width:.1f}" height="12" rx="1"/>'
         )
-        lines.append(f'<text x="{152 + width:.1f}" y="{y + 4}">{figure(value)}</text>')
-    return "\n".join([*lines, f"<desc>{label}</desc></svg>"])
+        lines.append(f'<text class="tick" x="{188 + width:.1f}" y="{y + 4}">{value:,.1f}</text>')
+    return "\n".join([*lines, "</svg>"])
 
 
 def _pictures(found: Diagnosis) -> Section:
@@ -238,7 +239,7 @@ def _pictures(found: Diagnosis) -> Section:
             f"Shot {label}: first frames, and differences of the means of {frames} frames, shown"
             f" up to {SHOWN_SIGMA:g} standard deviations either side of grey.",
         ),
-        interactive=f'<div class="pictures">{body}</div>',
+        interactive=f'<div class="pictures three pixels">{body}</div>',
         svgs=[_spectra(real, taken, before, after if len(found.models) > 1 else None)],
         caption="Power of the green channel's noise along the rows: dots the real frames, blue the"
         " base, red with the effect.",
@@ -288,7 +289,7 @@ def _spectra(
     edges = np.unique(np.geomspace(1, width // 2, 40).astype(int))
     x = np.log10(np.sqrt(edges[:-1] * edges[1:]) / width)
     seen = spectrum(taken)
-    marks = [Marks(x=x[: len(seen)].tolist(), y=seen.tolist(), style="g")]
+    marks = [Marks(x=x[: len(seen)].tolist(), y=seen.tolist(), style="k")]
     base = spectrum(before)
     marks.append(Marks(x=x[: len(base)].tolist(), y=base.tolist(), style="b", kind="line"))
     every: Sequence[float] = [*seen.tolist(), *base.tolist()]

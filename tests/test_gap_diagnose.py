@@ -1,0 +1,158 @@
+"""The diagnosis from end to end, on captures whose truth is known and which it does not read."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from analysis.gap.diagnose import Diagnosis, diagnose
+from camtruth.report.gap import answer, page
+from render.rate import RateHeader, RateImage, rate_image
+from sensor.camera import Camera
+from sensor.camera_file import load
+from sensor.catalogue import catalogue
+from sensor.colours import Colours
+from sensor.effects.read_noise import ReadNoise
+from sensor.effects.row_noise import RowNoise
+from sensor.errors import CaptureError
+from sensor.frames import Capture
+from sensor.protocol import Protocol, Shot
+from sensor.record import record
+
+HEIGHT, WIDTH = 96, 128
+SUSPECTS = ("row_noise", "crosstalk", "temporal_filter", "column_fpn")
+SIGMA_E = 6.0
+
+PROTOCOL = Protocol(
+    name="short",
+    shot=(
+        Shot(label="dark", exposure_s=0.02, frames=16),
+        Shot(label="dim", light=("lamp",), level=(0.4,), exposure_s=0.02, frames=16),
+        Shot(label="bright", light=("lamp",), level=(1.0,), exposure_s=0.02, frames=16),
+    ),
+)
+
+
+@functools.cache
+def light() -> RateImage:
+    """Patches with soft edges under a lamp that is brighter in the middle."""
+    rng = np.random.default_rng(11)
+    patches = np.kron(rng.uniform(0.1, 1.0, (6, 8, 3)), np.ones((16, 16, 1)))
+    soft = ndimage.gaussian_filter(patches, (2.0, 2.0, 0))
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    shading = 1 - 0.3 * (((x - 64) / 64) ** 2 + ((y - 48) / 48) ** 2) / 2
+    rate = (4.5e5 * soft * shading[..., None]).astype(np.float32)
+    return rate_image(rate, np.zeros_like(rate), RateHeader(scene="patches", lamp="lamp"))
+
+
+def camera() -> Camera:
+    """A camera whose read noise is well above a step of its converter."""
+    made = load("icx098").resized(HEIGHT, WIDTH)
+    made = dataclasses.replace(made, gain_dn_per_e=Colours.of(0.02), black_dn=6.0)
+    return made.plus(ReadNoise(reset_e=0.0, thermal_e=30.0, other_e=0.0))
+
+
+@functools.cache
+def capture(*, rows: bool) -> Capture:
+    """Frames with or without row noise of 0.12 DN, a fifth of the read noise."""
+    taken = camera().plus(RowNoise(sigma_e=SIGMA_E)) if rows else camera()
+    rates = {"lamp": light().rate_e_per_s}
+    return record(taken.with_body(21), PROTOCOL, rates, seed=21)
+
+
+@functools.cache
+def diagnosed(*, rows: bool, without: str = "") -> Diagnosis:
+    """What is said of it."""
+    kinds = [catalogue()[name] for name in SUSPECTS if name != without]
+    return diagnose(capture(rows=rows), stated={"lamp": light()}, suspects=kinds)
+
+
+def test_a_camera_like_the_model_is_matched() -> None:
+    """No effect is named, and calibration finds what went in within five standard errors."""
+    found = diagnosed(rows=False)
+    assert found.report.verdict == "matched", answer(found.report)
+    assert found.report.effects == ()
+    truth = camera()
+    gain = found.report.calibration["gain"]["G"]
+    assert gain.se is not None
+    assert abs(gain.value - truth.gain_dn_per_e.G) < 5 * gain.se
+    read = found.report.calibration["read"]["G"]
+    assert read.se is not None
+    assert abs(read.value - 30.0 * 0.02) < 5 * read.se
+
+
+def test_an_effect_is_named_with_its_strength() -> None:
+    """Row noise by its name, its sigma within four standard errors, and the gap closes."""
+    found = diagnosed(rows=True).report
+    assert [effect.name for effect in found.effects] == ["row_noise"], answer(found)
+    assert found.verdict in ("explained", "partly explained")
+    sigma = found.effects[0].parameters["sigma_e"]
+    assert sigma.se is not None
+    assert abs(sigma.value - SIGMA_E) < 4 * sigma.se
+    assert sigma.se < 0.1 * SIGMA_E
+    assert found.gap.p_value_before < 1e-3 < found.gap.p_value_after
+    assert found.where[0].family in ("rows", "neighbours")
+
+
+def test_an_effect_without_a_name_is_not_blamed_on_another() -> None:
+    """With row noise taken out of the suspects nothing is named, and the place is still right."""
+    found = diagnosed(rows=True, without="row_noise").report
+    assert found.verdict == "unexplained", answer(found)
+    assert found.effects == ()
+    assert all(suspect.probability < 0.5 for suspect in found.candidates)
+    assert found.where[0].family in ("rows", "neighbours")
+    assert found.next_capture
+
+
+def test_the_camera_that_is_written_has_what_was_found() -> None:
+    """It is the calibrated one with the effect added, of the capture's format."""
+    found = diagnosed(rows=True).camera
+    assert found is not None
+    assert found.get(RowNoise) is not None
+    assert (found.width, found.height, found.pixels) == (WIDTH, HEIGHT, "rgb8")
+    assert pytest.approx(0.02, rel=0.05) == found.gain_dn_per_e.G
+
+
+def test_the_page_shows_the_answer() -> None:
+    """One page with its pictures in it and no other file."""
+    html = page(diagnosed(rows=True), "camtruth diagnose x")
+    assert "row_noise" in html
+    assert html.count("data:image/png") == 5
+    assert "http" not in html.replace("http://www.w3.org", "")
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_too_few_frames_are_said_to_be_too_few(count: int) -> None:
+    """And how many it takes."""
+    full = capture(rows=False)
+    few = dataclasses.replace(
+        full, frames=tuple(dataclasses.replace(f, dn=f.dn[:count]) for f in full.frames)
+    )
+    report = diagnose(few, stated={"lamp": light()}, suspects=[]).report
+    assert report.verdict == "insufficient data"
+    assert report.next_capture is not None
+    assert "16" in report.next_capture
+
+
+@pytest.mark.parametrize("value", [0, 255])
+def test_frames_without_a_picture_are_no_data(value: int) -> None:
+    """All black, and all saturated."""
+    full = capture(rows=False)
+    flat = tuple(
+        f if f.shot.dark else dataclasses.replace(f, dn=np.full_like(f.dn, value))
+        for f in full.frames
+    )
+    report = diagnose(dataclasses.replace(full, frames=flat), suspects=[]).report
+    assert report.verdict == "insufficient data"
+
+
+def test_another_scene_is_refused() -> None:
+    """Frames upside down do not show the light that is stated."""
+    full = capture(rows=False)
+    turned = tuple(dataclasses.replace(f, dn=f.dn[:, ::-1].copy()) for f in full.frames)
+    with pytest.raises(CaptureError, match="do not show"):
+        diagnose(dataclasses.replace(full, frames=turned), stated={"lamp": light()}, suspects=[])
