@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from analysis.gap.base import Base
 from analysis.gap.distance import Yardstick
@@ -16,7 +17,16 @@ from analysis.gap.hints import Hints
 from analysis.gap.nuisance import free_parameters, step_of
 from analysis.gap.observe import Observation
 from analysis.gap.space import Space
-from analysis.gap.suspects import Evidence, Signature, hold, scaled, signature, starts, strengths
+from analysis.gap.suspects import (
+    Evidence,
+    Signature,
+    hold,
+    scaled,
+    signature,
+    signed,
+    starts,
+    strengths,
+)
 from analysis.gap.twin import twin
 from sensor.effect import Effect, Parameter
 
@@ -257,6 +267,7 @@ def _refine(case: Case, found: Evidence, many: dict[int, Observation]) -> Candid
         return best
 
     best = strengthened(_numbered(attempt, attempt(found.effect, case.known.base)))
+    best = _balanced(case, best, response, attempt)
     errors: dict[str, float] = {}
     for _ in range(SHAPE_ROUNDS):
         shapes = _shapes(best.effect)
@@ -291,6 +302,34 @@ def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:
     return now
 
 
+def _balanced(
+    case: Case, now: _Try, response: float, attempt: Callable[[Effect, Base], _Try]
+) -> _Try:
+    """The strengths of an effect that has several, each by its own signature."""
+    active = [p for p in free_parameters(now.effect) if p.identity is not None]
+    if len(active) < 2:
+        return now
+    turned, space = case.fitting.turned, case.fitting.turned.space
+    columns = []
+    for p in active:
+        alone = {q.name: q.identity for q in active if q.name != p.name}
+        shown = attempt(dataclasses.replace(now.effect, **alone), now.base).shown
+        columns.append(turned.left(_vector(space, shown)))
+    matrix = np.array(columns).T
+    if np.linalg.norm(matrix, axis=0).min() < WORTH_A_SHAPE**0.5:
+        return now  # one is nothing without the other
+    least = 0.05 if not signed(type(now.effect)) else -4.0
+    amounts = lsq_linear(matrix, case.fit_left, bounds=(least, 16.0)).x
+    values = {}
+    for p, amount in zip(active, amounts, strict=True):
+        factor = float(np.sign(amount) * abs(amount) ** (1 / response))
+        identity = p.identity or 0.0
+        moved = identity + factor * (getattr(now.effect, p.name) - identity)
+        values[p.name] = float(np.clip(moved, p.minimum, p.maximum))
+    return min(now, attempt(dataclasses.replace(now.effect, **values), now.base),
+               key=lambda one: one.chi2)  # fmt: skip
+
+
 def _reshaped(
     case: Case,
     now: _Try,
@@ -300,14 +339,16 @@ def _reshaped(
     """One Gauss-Newton step of all parameters of an effect."""
     turned, space = case.fitting.turned, case.fitting.turned.space
     current = _vector(space, now.shown)
-    steps = np.array([step_of(now.effect, p) for p in shapes])
+    steps = np.array(
+        [(3.0 if p.identity is None else 1.0) * step_of(now.effect, p) for p in shapes]
+    )
     columns = []
     for p, by in zip(shapes, steps, strict=True):
         moved = dataclasses.replace(now.effect, **{p.name: getattr(now.effect, p.name) + float(by)})
         columns.append((_vector(space, attempt(moved, now.base).shown) - current) / by)
     matrix = turned.left(np.array(columns))
     # a parameter that hardly shows stays near where it is
-    widths = 5.0 * np.abs(steps)
+    widths = 2.0 * np.abs(steps)
     square = matrix @ matrix.T + np.diag(1.0 / widths**2)
     by_least_squares = np.linalg.solve(square, matrix @ turned.left(case.fit_gap - current))
     values = {

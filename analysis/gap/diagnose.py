@@ -298,7 +298,8 @@ def diagnose(
             break
         models.append(added)
         distances.append(further)
-        choices.append(choice)
+        fits = further.whole.p_value >= SIGNIFICANCE
+        choices.append(choose(candidates, fits) or choice)
         if further.whole.p_value >= SIGNIFICANCE:
             chances.append(further.whole.p_value)
             break

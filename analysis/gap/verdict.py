@@ -31,6 +31,12 @@ TEMPER = 2.0
 """Scores are divided by this: signatures are simulated, and other people's effects are not ours."""
 
 
+MISFIT_MARGIN = 0.1
+MISFIT_TEMPER = 0.02
+"""Parts of the best score that take their place where something is left with it: a signature that
+is not quite right loses some of its score, and one that is wrong may lose less."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Choice:
     """The suspect that these frames name.
@@ -63,13 +69,19 @@ def both(first: float, second: float) -> float:
     return float(1.0 - (1.0 - min(first, second)) ** 2)
 
 
-def choose(candidates: Sequence[Candidate]) -> Choice | None:
-    """The suspect to name, or None where none reaches what is asked of it."""
+def choose(candidates: Sequence[Candidate], fits: bool = True) -> Choice | None:
+    """The suspect to name, or None where none reaches what is asked of it.
+
+    Args:
+        candidates: best first.
+        fits: whether the best leaves nothing; where it does, scores are no better than its model.
+    """
     if not candidates or candidates[0].score < LEAST_SCORE:
         return None
     best = candidates[0]
-    rivals = [c for c in candidates[1:] if c.score > best.score - MARGIN]
-    by_name = probabilities(candidates)
+    margin = MARGIN if fits else max(MARGIN, MISFIT_MARGIN * best.score)
+    rivals = [c for c in candidates[1:] if c.score > best.score - margin]
+    by_name = probabilities(candidates, fits)
     return Choice(
         best=best,
         alike=tuple(rivals[:CLASS_SIZE]),
@@ -79,13 +91,14 @@ def choose(candidates: Sequence[Candidate]) -> Choice | None:
     )
 
 
-def probabilities(candidates: Sequence[Candidate]) -> dict[str, float]:
+def probabilities(candidates: Sequence[Candidate], fits: bool = True) -> dict[str, float]:
     """Of each suspect, by tempered likelihood; what is missing to 1 is that it is none of them."""
     scores = np.array([c.score for c in candidates])
     if len(scores) == 0:
         return {}
+    temper = TEMPER if fits else max(TEMPER, MISFIT_TEMPER * float(scores.max()))
     # "none of them" has the likelihood of a suspect that barely deserves its name
-    weights = np.exp((np.append(scores, LEAST_SCORE - 2 * TEMPER) - scores.max()) / (2 * TEMPER))
+    weights = np.exp((np.append(scores, LEAST_SCORE - 2 * TEMPER) - scores.max()) / (2 * temper))
     return dict(zip((c.name for c in candidates), (weights / weights.sum())[:-1], strict=True))
 
 
