@@ -7,10 +7,10 @@ READY := $(VENV)/.ready
 JOBS ?= auto
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check format lint types imports test nightly bench docs lock
+.PHONY: help setup demo check format lint types imports test nightly bench bench-gap docs lock
 
 help:  ## list these commands
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(READY)  ## make the virtual environment .venv from pinned versions
 
@@ -27,6 +27,13 @@ nightly: $(READY)  ## the tests with 5,000 damaged inputs and kills at more mome
 
 bench: $(READY)  ## speeds as ratios in one run
 	$(BIN)/python -m benchmarks
+
+# About a minute a case on a core: what is done is kept, and the next run goes on from there.
+# Other options by hand: python -m analysis.gap_bench run --help
+MINUTES ?= 600
+bench-gap: $(READY)  ## the diagnosis, measured: cases for MINUTES, then the table (goes on)
+	$(BIN)/python -m analysis.gap_bench run --minutes $(MINUTES)
+	$(BIN)/python -m analysis.gap_bench publish
 
 # Hours on a few cores: what is done is kept, and the next run goes on from there.
 bias: $(READY)  ## the long runs behind docs/bias.md: docs/results/ (go on where they stopped)

@@ -1,0 +1,10 @@
+"""How good the diagnosis is: many captures with known causes, diagnosed, and counted.
+
+cases      what is drawn, in one fixed shuffled order, so that any beginning is a fair sample
+draw       cameras with random figures, and their captures
+examine    one case through the diagnosis, as plain data
+count      figures of the table, with intervals, from these data
+page       the same in words
+
+`make bench-gap` runs it and goes on where it stopped.
+"""

@@ -1,0 +1,112 @@
+"""`make bench-gap`: measure the diagnosis; what is done is kept, and the next run goes on.
+
+python -m analysis.gap_bench run --minutes 30
+python -m analysis.gap_bench table
+python -m analysis.gap_bench publish
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import datetime
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from analysis.gap_bench.cases import all_cases
+from analysis.gap_bench.count import lines
+from analysis.gap_bench.page import confusions, limits_table, table
+from analysis.gap_bench.run import Place, latest, read_limits, read_results, run_bench
+from foundation.errors import InputError
+from foundation.output import new_file
+
+OUT = Path("camtruth-out/gap-bench")
+PUBLISHED = Path("docs/results/gap.json")
+
+
+def main() -> int:
+    """Run what the words ask for."""
+    parser = argparse.ArgumentParser(prog="python -m analysis.gap_bench", description=__doc__)
+    parser.add_argument("what", choices=["run", "limits", "table", "publish"])
+    parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--width", type=int, default=160)
+    parser.add_argument("--height", type=int, default=120)
+    parser.add_argument("--frames", type=int, default=24)
+    parser.add_argument("--cases", type=int, help="only the first so many")
+    parser.add_argument("--kind", choices=["null", "effect", "withheld", "pair"])
+    parser.add_argument("--minutes", type=float, help="begin no case after so many")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--scheduler")
+    parser.add_argument("--no-unfitted", action="store_true", help="leave out nulls uncalibrated")
+    parser.add_argument("--results", type=Path, help="file of cases; the latest by default")
+    options = parser.parse_args()
+    place = Place(
+        out=options.out, width=options.width, height=options.height, frames=options.frames
+    )
+    try:
+        if options.what in ("run", "limits"):
+            run_bench(
+                place,
+                count=0 if options.what == "limits" else options.cases,
+                kind=options.kind,
+                unfitted=not options.no_unfitted,
+                minutes=options.minutes,
+                threads=options.threads,
+                scheduler=options.scheduler,
+                say=lambda words: print(words, flush=True),
+            )
+        if options.what == "limits":
+            print(limits_table(read_limits(place.limits)))
+        else:
+            show(place, options.results or latest(place.out, place.size), options.what == "publish")
+    except InputError as error:
+        print(f"bench: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def show(place: Place, results: Path | None, publish: bool) -> None:
+    """Print the table of a file of results, and keep it for the documentation where asked."""
+    rows = read_results(results or place.results)
+    limits = read_limits(place.limits)
+    done = [row for row in rows if "skipped" not in row]
+    print(
+        f"{len(done)} cases diagnosed and {len(rows) - len(done)} that cannot be, of"
+        f" {len(all_cases())}; captures of {place.size}\n"
+    )
+    print(table(lines(rows, limits)))
+    print(confusions(rows))
+    if publish:
+        keep(document(place, rows, str(results and results.stem)))
+
+
+def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
+    """Everything that the documentation shows, as data."""
+    limits = read_limits(place.limits)
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    return {
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        "commit": commit,
+        "diagnosis": name.rpartition("-")[2],
+        "size": place.size,
+        "planned": len(all_cases()),
+        "limits": {key: dataclasses.asdict(limit) for key, limit in limits.items()},
+        "rows": rows,
+    }
+
+
+def keep(found: dict[str, Any]) -> None:
+    """Write what the documentation shows."""
+    PUBLISHED.parent.mkdir(parents=True, exist_ok=True)
+    with new_file(PUBLISHED) as scratch:
+        scratch.write_text(json.dumps(found, allow_nan=False) + "\n", encoding="utf-8")
+    print(f"{PUBLISHED} written")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,85 @@
+"""The cases of the bench: nulls, every effect at four strengths, pairs, and withheld effects."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from sensor.catalogue import catalogue
+
+Kind = Literal["null", "effect", "withheld", "pair"]
+
+SEVERITIES = (1.0, 2.0, 4.0, 8.0)
+"""Strengths of an effect in its detection limits."""
+
+WITHHELD_SEVERITIES = (2.0, 4.0, 8.0)
+PAIR_SEVERITY = 4.0
+
+NULLS = 400
+SEEDS = 5
+WITHHELD_SEEDS = 2
+PAIRS = 150
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One capture to diagnose.
+
+    Attributes:
+        kind: null has no effect; withheld has one that the diagnosis is not told of.
+        effects: names of what is in the frames.
+        severity: strength of each in detection limits.
+        seed: number of the case among its like.
+    """
+
+    kind: Kind
+    effects: tuple[str, ...] = ()
+    severity: float = 0.0
+    seed: int = 0
+
+    @property
+    def key(self) -> str:
+        """Its name."""
+        return f"{self.kind}:{'+'.join(self.effects)}:{self.severity:g}:{self.seed}"
+
+    @property
+    def number(self) -> int:
+        """Seed of everything random in it."""
+        return zlib.crc32(self.key.encode())
+
+
+def suspects() -> list[str]:
+    """Names of all effects that are not in the base camera."""
+    return [name for name, kind in catalogue().items() if not kind.base]
+
+
+def all_cases(names: Sequence[str] | None = None) -> dict[str, Case]:
+    """Every case by name, in an order that is random but always the same.
+
+    Args:
+        names: effects; all of the catalogue by default.
+    """
+    names = suspects() if names is None else names
+    made = [Case(kind="null", seed=seed) for seed in range(NULLS)]
+    for name in names:
+        made += [
+            Case(kind="effect", effects=(name,), severity=severity, seed=seed)
+            for severity in SEVERITIES
+            for seed in range(SEEDS)
+        ]
+        made += [
+            Case(kind="withheld", effects=(name,), severity=severity, seed=seed)
+            for severity in WITHHELD_SEVERITIES
+            for seed in range(WITHHELD_SEEDS)
+        ]
+    draw = np.random.default_rng(PAIRS)
+    for seed in range(PAIRS if len(names) > 1 else 0):
+        first, second = sorted(draw.choice(len(names), size=2, replace=False))
+        pair = (names[first], names[second])
+        made.append(Case(kind="pair", effects=pair, severity=PAIR_SEVERITY, seed=seed))
+    made.sort(key=lambda case: case.number)
+    return {case.key: case for case in made}

@@ -1,0 +1,175 @@
+"""Cameras with random figures, and what they record: every case has a base of its own.
+
+A diagnosis that knew the base would find anything. Here each figure of the base is drawn anew for
+every case from a range in which cheap cameras lie, so that it has to be calibrated from the frames.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from analysis.gap.suspects import scaled
+from analysis.gap_bench.cases import Case
+from analysis.identifiability.limits import Limit, effect_of
+from render.rate import RateImage
+from sensor import protocol
+from sensor.camera import Camera
+from sensor.camera_file import load
+from sensor.catalogue import effect
+from sensor.colours import Colours
+from sensor.effect import Effect
+from sensor.effects.dark_shot import DarkShot
+from sensor.effects.fpn import Fpn
+from sensor.effects.prnu import Prnu
+from sensor.effects.read_noise import ReadNoise
+from sensor.frames import Capture
+from sensor.protocol import Protocol
+from sensor.record import record
+
+CAMERA = "icx098"
+"""Format and mosaic; all figures are drawn."""
+
+BRIGHTNESS_DN_PER_E = 0.0145
+"""Gain at which the rate images fill three quarters of 8 bits; sensitivity follows the gain."""
+
+GAIN_DN_PER_E = (0.008, 0.04)
+COLOURS = (0.85, 1.18)
+READ_DN = (0.3, 1.5)
+FPN_DN = (0.08, 0.5)
+PRNU = (0.005, 0.02)
+BLACK_DN = (3.0, 8.0)
+DARK_E_PER_S = (10.0, 500.0)
+BRIGHTER = (0.8, 1.1)
+
+INTERVAL_S = 0.0667
+
+
+def middle(height: int, width: int) -> Camera:
+    """The camera in the middle of all ranges: detection limits are its."""
+
+    def centre(low: float, high: float) -> float:
+        return float(np.sqrt(low * high))
+
+    return _camera(
+        height,
+        width,
+        gain=Colours.of(centre(*GAIN_DN_PER_E)),
+        read_dn=centre(*READ_DN),
+        fpn_dn=centre(*FPN_DN),
+        prnu=centre(*PRNU),
+        black_dn=float(np.mean(BLACK_DN)),
+        dark_e_per_s=centre(*DARK_E_PER_S),
+        brighter=float(np.mean(BRIGHTER)),
+    )
+
+
+def random_camera(number: int, height: int, width: int) -> Camera:
+    """A camera whose base figures are all drawn; noise figures evenly in their logarithm."""
+    draw = np.random.default_rng(number)
+
+    def even(low: float, high: float) -> float:
+        return float(draw.uniform(low, high))
+
+    def log(low: float, high: float) -> float:
+        return float(np.exp(draw.uniform(np.log(low), np.log(high))))
+
+    gain = even(*GAIN_DN_PER_E)
+    return _camera(
+        height,
+        width,
+        gain=Colours(R=gain * log(*COLOURS), G=gain, B=gain * log(*COLOURS)),
+        read_dn=log(*READ_DN),
+        fpn_dn=log(*FPN_DN),
+        prnu=log(*PRNU),
+        black_dn=even(*BLACK_DN),
+        dark_e_per_s=log(*DARK_E_PER_S),
+        brighter=even(*BRIGHTER),
+    )
+
+
+def _camera(
+    height: int,
+    width: int,
+    *,
+    gain: Colours,
+    read_dn: float,
+    fpn_dn: float,
+    prnu: float,
+    black_dn: float,
+    dark_e_per_s: float,
+    brighter: float,
+) -> Camera:
+    plain = dataclasses.replace(
+        load(CAMERA).resized(height, width),
+        gain_dn_per_e=gain,
+        black_dn=black_dn,
+        sensitivity=gain.map(lambda g: BRIGHTNESS_DN_PER_E * brighter / g),
+    )
+    return plain.plus(
+        Prnu(ratio=prnu),
+        Fpn(sigma_e=fpn_dn / gain.G),
+        ReadNoise(reset_e=0.0, other_e=0.0, thermal_e=read_dn / gain.G),
+        DarkShot(current_e_per_s=dark_e_per_s),
+    )
+
+
+def paper(frames: int) -> Protocol:
+    """The paper's shots with so many frames each."""
+    known = protocol.load("paper")
+    return dataclasses.replace(
+        known,
+        shot=tuple(
+            dataclasses.replace(shot, frames=frames, interval_s=INTERVAL_S) for shot in known.shot
+        ),
+    )
+
+
+def effects_of(case: Case, limits: Mapping[str, Limit]) -> tuple[Effect, ...] | str:
+    """The effects of a case at their strength, or why there is no such case."""
+    made = []
+    for name in case.effects:
+        limit = limits[name]
+        least = effect_of(limit, effect(name))
+        if limit.steps:
+            if case.kind != "pair" and case.severity != OF_STEPS:
+                return f"{name} comes in steps: its strength is its own"
+            made.append(least)
+            continue
+        if not limit.reached:
+            return f"{name} is not seen by this protocol at its strongest"
+        strong = scaled(least, case.severity)
+        if not at_strength(least, strong, case.severity):
+            return f"{name} cannot be {case.severity:g} detection limits strong"
+        made.append(strong)
+    return tuple(made)
+
+
+OF_STEPS = 2.0
+"""Cases in which an effect without a scale takes part once; its own strength counts, not theirs."""
+
+
+def at_strength(least: Effect, strong: Effect, severity: float) -> bool:
+    """Whether an effect could be made so strong within its range."""
+    back = scaled(strong, 1 / severity)
+    return all(
+        np.isclose(getattr(back, p.name), getattr(least, p.name), rtol=1e-6, atol=1e-12)
+        for p in least.parameters()
+        if isinstance(getattr(least, p.name), (int, float))
+    )
+
+
+def capture_of(
+    case: Case,
+    effects: Sequence[Effect],
+    light: Mapping[str, RateImage],
+    frames: int,
+) -> tuple[Capture, Camera]:
+    """The frames of a case, and the camera that took them."""
+    image = next(iter(light.values())).rate_e_per_s
+    camera = random_camera(case.number, image.shape[0], image.shape[1])
+    camera = camera.plus(*effects).with_body(case.number)
+    rates = {lamp: one.rate_e_per_s for lamp, one in light.items()}
+    return record(camera, paper(frames), rates, seed=case.number), camera

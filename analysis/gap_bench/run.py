@@ -1,0 +1,219 @@
+"""The bench as files in a folder: light, detection limits, and one line for each case.
+
+    light-160x120/rate-<lamp>.exr        rendered once
+    limits-160x120x24.json               once for each size
+    cases-160x120x24-<code>.jsonl        one line a case; <code> changes with the diagnosis
+
+Results of two versions of the diagnosis never stand in one file.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import analysis.gap
+from analysis.gap.diagnose import diagnose
+from analysis.gap.fit import around
+from analysis.gap.light import light_of
+from analysis.gap.shots import GROUP_FRAMES, MOST_GROUPS, plan
+from analysis.gap_bench.cases import all_cases, suspects
+from analysis.gap_bench.draw import middle, paper
+from analysis.gap_bench.examine import Bench, Diagnose, examine
+from analysis.identifiability.known import base_of, scenery_of, small_light
+from analysis.identifiability.limits import Limit, limits
+from foundation.documents import parse_json
+from foundation.errors import InputError
+from foundation.jobs import run
+from foundation.output import new_file
+from render.rate import RateImage, read_rate, write_rate
+from scenes import scene as scenes
+from sensor.catalogue import effect
+from sensor.record import record
+
+SCENE = "chart"
+FORMAT = "camtruth-gap-bench/1"
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where a bench lies, and how large its captures are."""
+
+    out: Path
+    width: int = 160
+    height: int = 120
+    frames: int = 24
+
+    @property
+    def size(self) -> str:
+        """Size of a capture in words, as in 160x120x24."""
+        return f"{self.width}x{self.height}x{self.frames}"
+
+    @property
+    def results(self) -> Path:
+        """The file of the cases, for the code that stands here."""
+        return self.out / f"cases-{self.size}-{code()}.jsonl"
+
+    @property
+    def limits(self) -> Path:
+        """The file of the detection limits."""
+        return self.out / f"limits-{self.size}.json"
+
+
+def code() -> str:
+    """A short name of the diagnosis as its files stand: it changes with any of them."""
+    folder = Path(analysis.gap.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:8]
+
+
+def light(place: Place) -> dict[str, RateImage]:
+    """The rate images of the bench by lamp, rendered when they are first asked for."""
+    folder = place.out / f"light-{place.width}x{place.height}"
+    lamps = scenes.load(SCENE).lamp_names
+    if not all((folder / f"rate-{lamp}.exr").is_file() for lamp in lamps):
+        folder.mkdir(parents=True, exist_ok=True)
+        for lamp, image in small_light(SCENE, place.width, place.height).items():
+            write_rate(folder / f"rate-{lamp}.exr", image)
+    return {lamp: read_rate(folder / f"rate-{lamp}.exr") for lamp in lamps}
+
+
+def known_limits(place: Place, images: Mapping[str, RateImage], say: Say) -> dict[str, Limit]:
+    """The detection limits, found when they are first asked for."""
+    found = read_limits(place.limits) if place.limits.is_file() else {}
+    missing = [name for name in suspects() if name not in found]
+    if missing:
+        camera = middle(place.height, place.width)
+        rates = {lamp: image.rate_e_per_s for lamp, image in images.items()}
+        capture = record(camera, paper(place.frames), rates)
+        chosen = plan(capture)
+        assert chosen is not None, "the bench takes enough frames"
+        shots = [f.shot for f in capture.frames if f.shot.label in chosen.key]
+        panels = light_of(capture, images, camera.black_dn).panels
+        scenery = scenery_of(camera, shots, rates, panels, chosen.frames)
+        known = around(base_of(camera, list(rates)), scenery, chosen.groups)
+        for name in missing:
+            say(f"detection limit of {name}")
+            found |= limits(known, chosen.groups, [effect(name)])
+            write_limits(place, found)
+    return {name: found[name] for name in suspects()}
+
+
+def write_limits(place: Place, found: Mapping[str, Limit]) -> None:
+    """Keep detection limits."""
+    document = {
+        "format": FORMAT,
+        "size": place.size,
+        "limits": {name: dataclasses.asdict(limit) for name, limit in sorted(found.items())},
+    }
+    place.out.mkdir(parents=True, exist_ok=True)
+    with new_file(place.limits) as scratch:
+        scratch.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def read_limits(path: Path) -> dict[str, Limit]:
+    """Detection limits from their file."""
+    document = json.loads(path.read_text(encoding="utf-8"))
+    return {name: Limit(**entry) for name, entry in document["limits"].items()}
+
+
+def run_bench(
+    place: Place,
+    *,
+    count: int | None = None,
+    kind: str | None = None,
+    unfitted: bool = True,
+    minutes: float | None = None,
+    threads: int = 1,
+    scheduler: str | None = None,
+    say: Say = print,
+    diagnosis: Diagnose = diagnose,
+) -> list[dict[str, Any]]:
+    """Diagnose the first cases of the shuffled order; what is done already is not done again.
+
+    Args:
+        place: where, and how large.
+        count: how many of the cases; all by default.
+        kind: only nulls, effects, withheld effects or pairs.
+        unfitted: judge nulls without calibration as well.
+        minutes: begin no case after so many.
+        threads: cases at once.
+        scheduler: address of a Dask scheduler; this process by default.
+        say: told what is done.
+        diagnosis: what is examined.
+
+    Raises:
+        InputError: for too few frames.
+    """
+    if place.frames < 2 * GROUP_FRAMES:
+        raise InputError(
+            f"{place.frames} frames of each shot",
+            f"expected {2 * GROUP_FRAMES} to {MOST_GROUPS * GROUP_FRAMES}",
+            "give more with --frames",
+        )
+    images = light(place)
+    bench = Bench(
+        light=images,
+        limits=known_limits(place, images, say),
+        frames=place.frames,
+        unfitted=unfitted,
+        diagnosis=diagnosis,
+    )
+    chosen = all_cases()
+    if kind is not None:
+        chosen = {key: case for key, case in chosen.items() if case.kind == kind}
+    keys = list(chosen)[:count]
+    began, done = time.monotonic(), 0
+
+    def progress(more: int) -> None:
+        nonlocal done
+        done += more
+        if more:
+            say(f"{done} of {len(keys)} cases, {time.monotonic() - began:.0f} s")
+
+    # piece by piece, so that the time can be watched between them
+    results: dict[str, dict[str, Any]] = {}
+    piece = 1 if minutes is not None else max(len(keys), 1)
+    for start in range(0, len(keys), piece):
+        if minutes is not None and time.monotonic() - began > 60 * minutes:
+            break
+        results |= run(
+            examine,
+            {key: chosen[key] for key in keys[start : start + piece]},
+            shared=bench,
+            scheduler=scheduler,
+            threads=threads,
+            journal=place.results,
+            question=f"gap bench {place.size}",
+            progress=progress,
+        )
+    return list(results.values())
+
+
+def read_results(path: Path) -> list[dict[str, Any]]:
+    """All cases in a file of results, in the order they were done."""
+    if not path.is_file():
+        raise InputError(
+            f"no results {path}", "expected those of a bench", "run 'make bench-gap' first"
+        )
+    entries = [
+        parse_json(line, str(path)) for line in path.read_text(encoding="utf-8").splitlines()
+    ]
+    return [entry["result"] for entry in entries if "result" in entry]
+
+
+def latest(out: Path, size: str) -> Path | None:
+    """The file of results that was written last."""
+    files = sorted(out.glob(f"cases-{size}-*.jsonl"), key=lambda path: path.stat().st_mtime)
+    return files[-1] if files else None

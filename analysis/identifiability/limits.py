@@ -1,0 +1,182 @@
+"""The detection limit of an effect: the strength at which it stands five standard errors from zero.
+
+An effect of strength a shifts figures and mean image by s(a). Calibration takes up its part P s;
+what is left, s' = s - P s in units of standard errors, is how far the fitted effect stands from
+zero:
+
+    z(a)^2 = |s'(a)|^2 = mean over i != j of s'_i . s'_j
+
+for signatures s_i by different random numbers. Products of different ones have no noise of their
+own in their mean, which the square of one signature would.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.fit import FIRST_SEED, Fit
+from analysis.gap.nuisance import Calibration, calibration
+from analysis.gap.observe import Observation
+from analysis.gap.space import space_of
+from analysis.gap.suspects import scaled, signature, starts, strengths
+from analysis.gap.twin import twin
+from sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+
+STANDARD_ERRORS = 5.0
+"""At the detection limit."""
+
+LIMIT_SEEDS = tuple(range(FIRST_SEED + 100, FIRST_SEED + 104))
+ROUNDS = 7
+CLOSE = 0.05
+"""Of z; the noise of the twins is no smaller."""
+
+SMALLEST, LARGEST = 1e-4, 1e4
+"""Factors of the default strength between which a limit is looked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit:
+    """What one protocol tells of one effect.
+
+    Attributes:
+        name: of the effect.
+        z: standard errors from zero at these parameters; 5 at a limit, anything for an effect that
+            comes in steps or is too weak at its strongest.
+        absorbed: part of its signature that calibration takes up.
+        parameters: at that strength, with units.
+        steps: whether its strength is a choice that cannot be scaled.
+    """
+
+    name: str
+    z: float
+    absorbed: float
+    parameters: Mapping[str, Mapping[str, Any]]
+    steps: bool
+
+    @property
+    def reached(self) -> bool:
+        """Whether these frames show the effect at all."""
+        return self.z > (1 - 2 * CLOSE) * STANDARD_ERRORS
+
+
+def limits(
+    known: Fit,
+    groups: int,
+    kinds: Iterable[type[Effect]],
+    watch: Callable[[str], None] = lambda name: None,
+) -> dict[str, Limit]:
+    """Detection limits by name of effect, in captures of so many groups of frames."""
+    space = space_of(known.bodies, known.variances, known.base, known.scenery, groups)
+    turned = calibration(space, known.ways)
+    references = {
+        seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
+        for seed in LIMIT_SEEDS
+    }
+    found = {}
+    for kind in kinds:
+        watch(kind.name)
+        found[kind.name] = limit_of(kind, lambda effect: shown(effect, known, turned, references))
+    return found
+
+
+def shown(
+    effect: Effect, known: Fit, turned: Calibration, references: dict[int, Observation]
+) -> tuple[float, float]:
+    """Chi-squared of an effect's signature after calibration, and before; below 0 by chance."""
+    whole, left = [], []
+    for seed in LIMIT_SEEDS:
+        one = signature(effect, known, others=known.effects, seeds=(seed,), references=references)
+        if one is None:
+            return 0.0, 0.0
+        vector = turned.space.vector(one.figures, one.means)
+        whole.append(vector)
+        left.append(turned.left(vector))
+    return between(np.array(left)), between(np.array(whole))
+
+
+def between(rows: Floats) -> float:
+    """Mean product of two different rows."""
+    n = len(rows)
+    total = np.square(rows.sum(axis=0)).sum() - np.square(rows).sum()
+    return float(total / (n * (n - 1)))
+
+
+Shown = Callable[[Effect], tuple[float, float]]
+
+
+def limit_of(kind: type[Effect], seen: Shown) -> Limit:
+    """The strength at which an effect is seen at five standard errors.
+
+    Args:
+        kind: the effect.
+        seen: chi-squared of an effect after calibration, and before.
+    """
+    effect = default_of(kind)
+    if scaled(effect, 0.5) == effect:
+        return _limit(effect, *seen(effect), steps=True)
+    factor, power = 1.0, 1.0
+    best: tuple[float, Effect, tuple[float, float]] | None = None
+    last: tuple[float, float] | None = None
+    low, high = SMALLEST, LARGEST
+    for _ in range(ROUNDS):
+        now = scaled(effect, factor)
+        chi2, whole = seen(now)
+        z = float(np.sqrt(max(chi2, 0.0)))
+        off = abs(np.log(max(z, 1e-3) / STANDARD_ERRORS))
+        if best is None or off < best[0]:
+            best = (off, now, (chi2, whole))
+        if off < CLOSE:
+            break
+        if z > STANDARD_ERRORS:
+            high = min(high, factor)
+        else:
+            low = max(low, factor)
+            if scaled(effect, 2 * factor) == now:
+                break  # as strong as it may be
+        if last is not None and z > 0 and last[1] > 0 and last[0] != factor:
+            power = float(np.clip(np.log(z / last[1]) / np.log(factor / last[0]), 0.3, 4.0))
+        last = (factor, z)
+        step = float(np.clip((STANDARD_ERRORS / max(z, 0.2)) ** (1 / power), 0.01, 30.0))
+        wanted = factor * step
+        inside = low < wanted < high
+        factor = wanted if inside else float(np.sqrt(low * high))
+    assert best is not None, "at least one strength was tried"
+    return _limit(best[1], *best[2], steps=False)
+
+
+def default_of(kind: type[Effect]) -> Effect:
+    """The effect with its default parameters, or the first start that is not without effect."""
+    effect = kind()
+    if any(getattr(effect, p.name) != p.identity for p in strengths(kind)):
+        return effect
+    return starts(kind)[0]
+
+
+def effect_of(limit: Limit, kind: type[Effect]) -> Effect:
+    """The effect at its detection limit."""
+    return dataclasses.replace(
+        default_of(kind), **{name: entry["value"] for name, entry in limit.parameters.items()}
+    )
+
+
+def _limit(effect: Effect, chi2: float, whole: float, *, steps: bool) -> Limit:
+    return Limit(
+        name=effect.name,
+        z=float(np.sqrt(max(chi2, 0.0))),
+        absorbed=float(np.clip(1.0 - chi2 / whole, 0.0, 1.0)) if whole > 0 else 1.0,
+        parameters={
+            p.name: {"value": value, "unit": p.unit}
+            for p in effect.parameters()
+            for value in [getattr(effect, p.name)]
+            if isinstance(value, (int, float))
+        },
+        steps=steps,
+    )

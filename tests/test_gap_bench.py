@@ -1,0 +1,292 @@
+"""The bench of the diagnosis: its cases, its limits, its counts, with a diagnosis that is told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.gap.diagnose import Diagnosis
+from analysis.gap.report import NO_GAP, Figure, GapReport, Named
+from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
+from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
+from analysis.gap_bench.draw import effects_of, random_camera
+from analysis.gap_bench.page import cells, confusions, limits_table, table
+from analysis.gap_bench.run import (
+    Place,
+    code,
+    latest,
+    read_limits,
+    read_results,
+    run_bench,
+    write_limits,
+)
+from analysis.identifiability.limits import STANDARD_ERRORS, Limit, between, effect_of, limit_of
+from render.rate import RateHeader, RateImage, write_rate
+from sensor.catalogue import catalogue
+from sensor.effects.bit_truncation import BitTruncation
+from sensor.effects.row_noise import RowNoise
+
+WIDTH, HEIGHT = 64, 48
+
+
+def limit(name: str, **changed: Any) -> Limit:
+    effect = catalogue()[name]()
+    parameters = {
+        p.name: {"value": getattr(effect, p.name), "unit": p.unit}
+        for p in effect.parameters()
+        if isinstance(getattr(effect, p.name), (int, float))
+    }
+    plain = {"z": 5.0, "absorbed": 0.0, "parameters": parameters, "steps": False}
+    return Limit(name=name, **(plain | changed))
+
+
+LIMITS = {name: limit(name) for name in suspects()}
+
+
+def row(kind: str, truth: list[str], severity: float, **changed: Any) -> dict[str, Any]:
+    plain = {
+        "kind": kind,
+        "truth": truth,
+        "severity": severity,
+        "verdict": "explained" if truth else "matched",
+        "named": [
+            {
+                "name": name,
+                "probability": 0.9,
+                "alike": [],
+                "parameters": {"sigma_e": [2.1, 0.1]},
+            }
+            for name in truth
+        ],
+        "parameters": {name: {"sigma_e": 2.0} for name in truth},
+        "strengths": {name: ["sigma_e"] for name in truth},
+        "shrink": 0.99,
+        "at_floor": False,
+    }
+    return plain | changed
+
+
+def named(name: str, *alike: str, probability: float = 0.9) -> dict[str, Any]:
+    return {"name": name, "probability": probability, "alike": list(alike), "parameters": {}}
+
+
+def line(found: list[Line], what: str) -> Line:
+    (one,) = [entry for entry in found if entry.what == what]
+    return one
+
+
+def test_cases_are_all_there_once_and_any_beginning_is_a_fair_sample() -> None:
+    every = list(all_cases().values())
+    assert list(all_cases()) == [case.key for case in every]
+    assert len({case.number for case in every}) == len(every)
+    kinds = [case.kind for case in every]
+    assert kinds.count("null") == NULLS
+    assert kinds.count("pair") == PAIRS
+    for name in suspects():
+        assert sum(case.effects == (name,) for case in every) == 4 * 5 + 3 * 2
+    start = kinds[:200]
+    for kind in ("null", "effect", "withheld", "pair"):
+        share = kinds.count(kind) / len(kinds)
+        # 4.5 standard errors: 1e-5 for four kinds
+        assert abs(start.count(kind) - 200 * share) < 4.5 * np.sqrt(200 * share * (1 - share))
+
+
+def test_wilson_interval_has_its_closed_form() -> None:
+    """Its ends p solve (share - p)^2 = z^2 p (1 - p) / n."""
+    for hits, cases in ((0, 10), (5, 10), (399, 400)):
+        found = Share(hits=hits, cases=cases)
+        for end in found.interval:
+            if 0 < end < 1:
+                off = (hits / cases - end) ** 2
+                assert off == pytest.approx(1.96**2 * end * (1 - end) / cases, rel=1e-9)
+    assert Share(hits=0, cases=0).interval == (0.0, 1.0)
+
+
+def test_a_diagnosis_that_is_always_right_reaches_every_target() -> None:
+    rows = [row("null", [], 0.0, p_unfitted=1e-9) for _ in range(400)]
+    for severity in (1.0, 2.0, 4.0, 8.0):
+        rows += [row("effect", ["row_noise"], severity) for _ in range(10)]
+    rows += [row("withheld", ["row_noise"], s, named=[], verdict="unexplained") for s in (2.0, 4.0)]
+    rows += [row("pair", ["row_noise", "gamma"], 4.0) for _ in range(10)]
+    # 36 of 40 intervals cover: the truth is 2.0, one standard error off but for these
+    for one in rows[400:404]:
+        one["named"][0]["parameters"] = {"sigma_e": [2.3, 0.1]}
+    found = lines(rows, LIMITS)
+    assert [one.what for one in found if one.met is False] == []
+    assert sum(one.met is True for one in found) >= 18
+    covered = line(found, "severity: 90 % interval covers").found
+    assert isinstance(covered, Share)
+    assert (covered.hits, covered.cases) == (36, 40)
+    assert line(found, "severity: median error").found == (pytest.approx(0.05), 40)
+
+
+def test_what_is_wrong_is_counted_as_wrong() -> None:
+    rows = [
+        row("null", [], 0.0, verdict="unexplained"),
+        row("null", [], 0.0),
+        row("effect", ["gamma"], 1.0, verdict="matched", named=[]),
+        row("effect", ["gamma"], 2.0, named=[named("jpeg", "gamma")]),
+        row("effect", ["gamma"], 2.0, named=[named("jpeg")]),
+        row("effect", ["gamma"], 2.0, named=[named("jpeg", probability=0.4)]),
+        row("effect", ["gamma"], 8.0, verdict="unexplained", named=[]),
+        row("withheld", ["gamma"], 4.0, named=[named("jpeg")]),
+        row("pair", ["gamma", "jpeg"], 4.0, named=[named("smear", "jpeg")]),
+        row("effect", ["smear"], 4.0) | {"skipped": "cannot be"},
+    ]
+    found = lines(rows, LIMITS)
+
+    def share(what: str) -> tuple[int, int]:
+        one = line(found, what).found
+        assert isinstance(one, Share)
+        return one.hits, one.cases
+
+    assert share("false alarms on nulls (nominal 5 %)") == (1, 2)
+    assert share("detected, 1 to 2 limits") == (0, 1)
+    assert share("right effect, of those detected, 2 to 4 limits") == (0, 3)
+    assert share("right class, of those detected, 2 to 4 limits") == (1, 3)
+    assert share("right effect, of those detected, over 4 limits") == (0, 1)
+    assert share("confidently wrong, effect in the catalogue, 2 to 4 limits") == (1, 3)
+    assert share("confidently wrong, effect withheld, over 4 limits") == (1, 1)
+    assert share("withheld effect called unexplained, over 4 limits") == (0, 1)
+    assert share("pairs: at least one") == (1, 1)
+    assert share("pairs: both") == (0, 1)
+    assert line(found, "shrink after the right effect, over 4 limits, median").found is None
+    wrong = confusion(rows)["gamma", "2 to 4"]
+    assert wrong == {"in class": 1, "jpeg": 2}
+    assert "in class 1, jpeg 2" not in table(found)
+    assert "jpeg 2" in confusions(rows)
+    assert cells(line(found, "detected, 1 to 2 limits"))[-1] == "**not reached**"
+
+
+def test_what_calibration_takes_up_is_not_expected_to_be_named() -> None:
+    taken = LIMITS | {"white_balance": limit("white_balance", absorbed=0.99)}
+    rows = [
+        row("effect", ["white_balance"], 4.0, verdict="matched", named=[]),
+        row("effect", ["white_balance"], 4.0, named=[named("gamma")]),
+    ]
+    found = lines(rows, taken)
+    own = line(found, "effects that calibration takes up: matched, or themselves").found
+    assert own == Share(hits=1, cases=2)
+    assert line(found, "detected, over 4 limits").found == Share(hits=0, cases=0)
+    assert "calibration-equivalent" in limits_table(taken)
+
+
+def test_strength_follows_the_detection_limit_and_its_range() -> None:
+    known = {
+        "row_noise": limit("row_noise", parameters={"sigma_e": {"value": 2.0, "unit": "e-"}}),
+        "bit_truncation": limit("bit_truncation", steps=True, z=40.0),
+    }
+    for severity in (1.0, 4.0):
+        case = Case(kind="effect", effects=("row_noise",), severity=severity)
+        (made,) = effects_of(case, known)
+        assert isinstance(made, RowNoise)
+        assert made.sigma_e == pytest.approx(2.0 * severity)
+    strongest = next(p.maximum for p in RowNoise.parameters() if p.name == "sigma_e")
+    weak = limit("row_noise", parameters={"sigma_e": {"value": strongest / 2, "unit": "e-"}})
+    case = Case(kind="effect", effects=("row_noise",), severity=8.0)
+    assert "cannot be 8" in str(effects_of(case, {"row_noise": weak}))
+    assert "not seen" in str(effects_of(case, {"row_noise": limit("row_noise", z=1.0)}))
+    in_steps = [
+        Case(kind="effect", effects=("bit_truncation",), severity=severity)
+        for severity in (1.0, 2.0, 4.0, 8.0)
+    ]
+    drawn = [not isinstance(effects_of(one, known), str) for one in in_steps]
+    assert drawn == [False, True, False, False]
+
+
+@pytest.mark.parametrize("power", [1.0, 2.0])
+@pytest.mark.parametrize("per_e", [0.02, 30.0])
+def test_a_limit_is_where_five_standard_errors_are(power: float, per_e: float) -> None:
+    def seen(effect: Any) -> tuple[float, float]:
+        z = (per_e * effect.sigma_e) ** power
+        return z**2, 2 * z**2
+
+    found = limit_of(RowNoise, seen)
+    assert found.z == pytest.approx(STANDARD_ERRORS, rel=0.06)
+    assert found.absorbed == pytest.approx(0.5)
+    assert effect_of(found, RowNoise).sigma_e == pytest.approx(  # type: ignore[attr-defined]
+        STANDARD_ERRORS ** (1 / power) / per_e, rel=0.06
+    )
+
+
+def test_a_limit_beyond_the_range_and_one_that_comes_in_steps_say_so() -> None:
+    assert not limit_of(RowNoise, lambda effect: (1e-6 * effect.sigma_e, 1.0)).reached
+    assert limit_of(BitTruncation, lambda effect: (900.0, 900.0)).steps
+
+
+def test_products_of_different_draws_have_no_noise_of_their_own() -> None:
+    """Mean of |s|^2 over 400 trials within 4.5 standard errors; the square would have 1000 more."""
+    draw = np.random.default_rng(1)
+    signal = np.zeros(1000)
+    signal[0] = 3.0
+    found = [between(signal + draw.standard_normal((4, 1000))) for _ in range(400)]
+    assert abs(np.mean(found) - 9.0) < 4.5 * np.std(found) / np.sqrt(len(found))
+
+
+def test_every_base_figure_is_drawn_anew() -> None:
+    first, second = random_camera(1, 48, 64), random_camera(2, 48, 64)
+    assert first == random_camera(1, 48, 64)
+    for effect, other in zip(first.effects, second.effects, strict=True):
+        assert not effect.values() or effect != other
+    for field in ("gain_dn_per_e", "black_dn", "sensitivity"):
+        assert getattr(first, field) != getattr(second, field)
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Place:
+    """A bench whose light and limits are there already."""
+    made = Place(out=tmp_path / "bench", width=WIDTH, height=HEIGHT, frames=16)
+    folder = made.out / f"light-{WIDTH}x{HEIGHT}"
+    folder.mkdir(parents=True)
+    for lamp in ("incandescent", "fluorescent"):
+        rate = np.full((HEIGHT, WIDTH, 3), 2e5, dtype=np.float32)
+        rate[:, WIDTH // 2 :] *= 0.3
+        image = RateImage(
+            rate_e_per_s=rate,
+            variance=np.zeros_like(rate),
+            header=RateHeader(scene="chart", lamp=lamp),
+        )
+        write_rate(folder / f"rate-{lamp}.exr", image)
+    write_limits(made, LIMITS)
+    return made
+
+
+def test_a_run_that_was_stopped_goes_on(place: Place) -> None:
+    asked: list[int] = []
+
+    def told(capture: Any, *, stated: Any, suspects: Any) -> Diagnosis:
+        asked.append(len(capture.frames))
+        assert "row_noise" in {kind.name for kind in suspects}
+        gamma = Named(
+            name="gamma",
+            probability=0.7,
+            indistinguishable_from=(),
+            absorbed=0.1,
+            parameters={"exponent": Figure(value=0.9, se=0.01, unit="1")},
+        )
+        report = GapReport(verdict="explained", effects=(gamma,), gap=NO_GAP)
+        return Diagnosis(report=report, setting=None)
+
+    def go(count: int) -> list[dict[str, Any]]:
+        return run_bench(
+            place, count=count, kind="null", unfitted=False, say=lambda _: None, diagnosis=told
+        )
+
+    assert len(go(1)) == 1
+    rows = go(2)
+    assert asked == [9, 9]
+    assert [r["named"][0]["name"] for r in rows] == ["gamma", "gamma"]
+    assert read_results(place.results) == rows
+    assert latest(place.out, place.size) == place.results
+    assert code() in place.results.name
+    assert read_limits(place.limits) == LIMITS
+    assert lines(rows, LIMITS)[0].found == Share(hits=2, cases=2)
+    assert json.loads(json.dumps(rows)) == rows
+
+
+def test_the_bands_touch() -> None:
+    assert [low for _, low, _ in BANDS[1:]] == [high for _, _, high in BANDS[:-1]]
