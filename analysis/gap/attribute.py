@@ -12,7 +12,7 @@ from scipy.optimize import lsq_linear
 
 from analysis.gap.base import Base
 from analysis.gap.distance import Yardstick
-from analysis.gap.fit import SEEDS, Fit, turn
+from analysis.gap.fit import SEEDS, Fit, refine, turn
 from analysis.gap.hints import Hints
 from analysis.gap.nuisance import free_parameters, step_of
 from analysis.gap.observe import Observation
@@ -54,6 +54,7 @@ class Case:
     Attributes:
         known: the model, calibrated.
         fitting, scoring: spaces of the frames that fit and of those that score.
+        fit_seen: what was seen of the frames that fit.
         fit_gap: the capture's difference from the model, in the space of the frames that fit.
         fit_left, score_left: what calibration leaves of it in each space.
         groups: groups of frames in each half.
@@ -62,6 +63,7 @@ class Case:
     known: Fit
     fitting: Yardstick
     scoring: Yardstick
+    fit_seen: Observation
     fit_gap: Floats
     fit_left: Floats
     score_left: Floats
@@ -252,15 +254,14 @@ def _refine(case: Case, found: Evidence, many: dict[int, Observation]) -> Candid
         tried = [(1.0, _amount(case, now.shown))]
         for _ in range(STRENGTH_ROUNDS):
             amount = tried[-1][1]
-            if abs(amount - 1) < CLOSE or amount <= 0:
+            if amount <= 0 or (abs(amount - 1) < CLOSE and len(tried) > 1):
                 break
             factor = tried[-1][0] * float(np.clip(amount ** (1 / response), 0.2, 5.0))
             effect = scaled(start.effect, factor)
-            if effect == now.effect:
-                break
             vector = _vector(space, now.shown)
+            # what the base has moved already is in the vector
             left = turned.amounts(case.fit_gap - amount * vector)
-            now = attempt(effect, turn(case.known.base, case.known.ways, left))
+            now = attempt(effect, turn(now.base, case.known.ways, left))
             tried.append((factor, _amount(case, now.shown)))
             response = _response(tried, response)
             best = min(best, now, key=lambda one: one.chi2)
@@ -276,8 +277,16 @@ def _refine(case: Case, found: Evidence, many: dict[int, Observation]) -> Candid
         shaped, errors = _reshaped(case, best, shapes, attempt)
         if shaped.chi2 < best.chi2 - WORTH_A_SHAPE:
             best = strengthened(shaped)
+    if best.chi2 > MISFIT * float(case.fitting.expected.sum()):
+        # the base has come far from where its directions were read: it is calibrated anew
+        effects = (*case.known.effects, best.effect)
+        base = refine(best.base, case.fit_seen, case.known.scenery, effects, steps=2)
+        best = min(best, strengthened(attempt(best.effect, base)), key=lambda one: one.chi2)
     return _candidate(case, best, errors, found.absorbed, response)
 
+
+MISFIT = 1.3
+"""Part of the expected chi-squared beyond which a fit is gone over once more."""
 
 LONG = 10
 """Whole numbers beyond this many are a scale, not a choice."""

@@ -132,6 +132,7 @@ def case_of(known: Fit, seen: Observation) -> Case:
         known=known,
         fitting=fitting,
         scoring=scoring,
+        fit_seen=fit_half,
         fit_gap=gap,
         fit_left=fitting.turned.left(gap),
         score_left=scoring.turned.left(scoring.turned.space.of(score_half, slice(None))),
@@ -397,7 +398,7 @@ def _named(choice: Choice, word: str, gap: Gap, model: Fit, found: Measured) -> 
     effect = next(e for e in model.effects if e.name == best.name)
     trust = 1.0
     if word != "explained" and not gap.at_floor:
-        trust = 0.5 + 0.5 * float(np.clip((gap.shrink - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
+        trust = 0.4 + 0.6 * float(np.clip((gap.shrink - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
     return Named(
         name=best.name,
         probability=min(0.99, choice.probability * trust),
