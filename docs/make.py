@@ -15,6 +15,7 @@ from docs.bias_page import write_bias_page
 from docs.debias_page import write_debias_page
 from docs.effect_figures import write_figures
 from docs.effects_page import catalogue_page
+from docs.gap_page import write_gap_page
 from docs.light_page import write_light_page
 from docs.reproduction_page import write_reproduction
 from docs.study_page import write_study_page
@@ -83,6 +84,7 @@ def main() -> None:
     write_study_page()
     write_reproduction()
     write_light_page()
+    write_gap_page()
     if not DEMO.is_dir():
         sys.exit(f"docs: no {DEMO}; expected the files of a demo for the figure; run 'make demo'")
     with new_file(HERE / "figures" / "overview.svg") as scratch:

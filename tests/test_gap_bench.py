@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -13,18 +14,21 @@ from analysis.gap.diagnose import Diagnosis
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
-from analysis.gap_bench.draw import effects_of, random_camera
+from analysis.gap_bench.draw import capture_of, effects_of, random_camera
+from analysis.gap_bench.examine import unfitted
 from analysis.gap_bench.page import cells, confusions, limits_table, table
 from analysis.gap_bench.run import (
     Place,
     code,
     latest,
+    light,
     read_limits,
     read_results,
     run_bench,
     write_limits,
 )
 from analysis.identifiability.limits import STANDARD_ERRORS, Limit, between, effect_of, limit_of
+from docs.gap_page import gap_page
 from render.rate import RateHeader, RateImage, write_rate
 from sensor.catalogue import catalogue
 from sensor.effects.bit_truncation import BitTruncation
@@ -290,3 +294,31 @@ def test_a_run_that_was_stopped_goes_on(place: Place) -> None:
 
 def test_the_bands_touch() -> None:
     assert [low for _, low, _ in BANDS[1:]] == [high for _, _, high in BANDS[:-1]]
+
+
+def test_the_page_holds_what_was_measured_and_nothing_else() -> None:
+    none = gap_page(None)
+    assert none.count("Not measured yet") == 2
+    assert "<!--" not in none
+    found = {
+        "date": "2000-01-01",
+        "commit": "abc",
+        "diagnosis": "123",
+        "size": "64x48x16",
+        "planned": 7,
+        "limits": {name: dataclasses.asdict(entry) for name, entry in LIMITS.items()},
+        "rows": [row("null", [], 0.0), row("null", [], 0.0, verdict="unexplained")],
+    }
+    text = gap_page(found)
+    assert "2 cases" in text
+    assert "| 50 % | 9 to 91 % | 2 |" in text
+    assert "commit abc" in text
+    assert "| row_noise |" in text
+
+
+def test_without_calibration_a_null_is_no_null(place: Place) -> None:
+    """Base figures that are known to 2 % are not known well enough, by far."""
+    images = light(place)
+    case = Case(kind="null", seed=1)
+    capture, camera = capture_of(case, (), images, 16)
+    assert unfitted(capture, camera, images, case.number) < 1e-6

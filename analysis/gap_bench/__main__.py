@@ -70,7 +70,8 @@ def main() -> int:
 
 def show(place: Place, results: Path | None, publish: bool) -> None:
     """Print the table of a file of results, and keep it for the documentation where asked."""
-    rows = read_results(results or place.results)
+    path = results or place.results
+    rows = read_results(path) if path.is_file() or not publish else []
     limits = read_limits(place.limits)
     done = [row for row in rows if "skipped" not in row]
     print(
@@ -80,7 +81,7 @@ def show(place: Place, results: Path | None, publish: bool) -> None:
     print(table(lines(rows, limits)))
     print(confusions(rows))
     if publish:
-        keep(document(place, rows, str(results and results.stem)))
+        keep(document(place, rows, path.stem))
 
 
 def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, Any]:

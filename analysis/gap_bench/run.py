@@ -124,6 +124,12 @@ def write_limits(place: Place, found: Mapping[str, Limit]) -> None:
 
 def read_limits(path: Path) -> dict[str, Limit]:
     """Detection limits from their file."""
+    if not path.is_file():
+        raise InputError(
+            f"no detection limits {path}",
+            "expected those of a bench",
+            "run 'python -m analysis.gap_bench limits' first",
+        )
     document = json.loads(path.read_text(encoding="utf-8"))
     return {name: Limit(**entry) for name, entry in document["limits"].items()}
 
