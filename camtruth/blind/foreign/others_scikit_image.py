@@ -1,0 +1,50 @@
+"""Denoise and sharpening of scikit-image."""
+
+from __future__ import annotations
+
+import numpy as np
+from skimage.filters import unsharp_mask
+from skimage.restoration import denoise_tv_chambolle
+
+from camtruth.blind.foreign.outsider import About, Numbers, Outsider
+
+SOURCE = "scikit-image"
+
+
+def total_variation(image: Numbers, strength: float, about: About) -> Numbers:
+    """Chambolle's total-variation denoise; its weight is `strength` thousandths of full scale."""
+    scale = float(about.top_dn)
+    frames = [
+        denoise_tv_chambolle(f / scale, weight=strength / 1000, max_num_iter=30, channel_axis=-1)
+        for f in image.astype(np.float64)
+    ]
+    return (np.stack(frames) * scale).astype(np.float32)
+
+
+def sharpened(image: Numbers, strength: float, about: About) -> Numbers:
+    """Unsharp mask of radius 1 and amount `strength`."""
+    frames = [
+        unsharp_mask(f, radius=1.0, amount=strength, channel_axis=-1, preserve_range=True)
+        for f in image.astype(np.float64)
+    ]
+    return np.stack(frames).astype(np.float32)
+
+
+def _by(name: str, answer: str, ends: tuple[float, float], act: object, order: int) -> Outsider:
+    return Outsider(
+        name=f"scikit-image {name}",
+        source=SOURCE,
+        answers=(answer,),
+        stage="processing",
+        place="image",
+        weakest=ends[0],
+        strongest=ends[1],
+        act=act,  # type: ignore[arg-type]
+        order=order,
+    )
+
+
+OUTSIDERS = (
+    _by("total variation", "spatial_denoise", (0.05, 30.0), total_variation, 40),
+    _by("unsharp mask", "sharpening", (0.005, 3.0), sharpened, 60),
+)
