@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 JOBS ?= auto
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check format lint types imports test nightly bench bench-gap docs lock
+.PHONY: help setup demo check format lint types imports test nightly bench bench-gap docs withheld lock
 
 help:  ## list these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -49,6 +49,20 @@ bias: $(READY)  ## the long runs behind docs/bias.md: docs/results/ (go on where
 study: $(READY)  ## the study gradient-quantization: its page, and docs/results/ (goes on)
 	$(BIN)/camtruth study gradient-quantization --seeds 4 --resume --out camtruth-out/study
 	cp camtruth-out/study/gradient-quantization.parquet docs/results/
+
+# Two CPU-minutes a case: what is done is kept, and the next run goes on from there.
+SET := camtruth-out/blind/withheld
+SEED ?= 1
+
+withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/withheld.md (goes on)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[withheld]'
+	test -d $(SET) || $(BIN)/camtruth blind make --set withheld --seed $(SEED) --resume
+	test -d $(SET).histogram || $(BIN)/camtruth blind solve $(SET) --solver histogram --resume
+	test -d $(SET).refit-free || $(BIN)/camtruth blind solve $(SET) --solver refit-free --resume
+	test -d $(SET).answers || $(BIN)/camtruth blind solve $(SET) --resume
+	test -d $(SET).score || $(BIN)/camtruth blind score $(SET) \
+	  --beside histogram=$(SET).histogram --beside refit-free=$(SET).refit-free
+	$(BIN)/python -m docs.withheld_page $(SET).score
 
 docs: $(READY)  ## write docs/effects.md and the README's figure anew (from the files of a demo)
 	$(BIN)/python docs/make.py

@@ -1,0 +1,160 @@
+"""Giving an effect the strength at which it has a wanted severity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camtruth.blind.foreign.outsider import Outsider
+from camtruth.blind.ruler import Floats, Rates, Ruler, battery
+from camtruth.blind.worn import wear
+from sensor.camera import Camera
+from sensor.effect import Effect, Parameter
+from sensor.protocol import Protocol
+from sensor.record import record
+
+TRIES = 4
+NEAR = 1.25
+"""A severity within this factor of the wanted one will do."""
+
+LONGEST_STEP = 8.0
+FAR = 1e4
+"""An identity this many times the default is approached in its logarithm."""
+
+PROBES = (101, 202)
+"""Random numbers and bodies of the two signatures, not those of the case."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dressed:
+    """A camera with an effect, at a strength that was looked for."""
+
+    camera: Camera
+    parameters: dict[str, float | dict[str, float]]
+    severity: float
+    absorbed: float
+
+
+def own_effect(kind: type[Effect], rng: np.random.Generator) -> Effect:
+    """An effect of the catalogue with its shape drawn: periods, places, kinds."""
+    values: dict[str, Any] = {}
+    for p in kind.parameters():
+        if p.whole and p.identity is not None and p.maximum - p.minimum < 4:
+            choices = [v for v in np.arange(p.minimum, p.maximum + 1) if v != p.identity]
+            values[p.name] = float(rng.choice(choices))
+        elif p.identity is None and p.starts and not p.whole:
+            values[p.name] = float(rng.choice(p.starts))
+        elif p.identity is None and not p.whole and p.default > 0 and p.unit in ("px", "s", "rows"):
+            factor = float(np.exp(rng.uniform(-0.3, 0.3)))
+            values[p.name] = float(np.clip(p.default * factor, p.minimum, p.maximum))
+    return kind(**values)
+
+
+def at_strength(effect: Effect, factor: float) -> Effect:
+    """The same effect, so many times as far from where it does nothing, inside its range."""
+    values = {}
+    for p in effect.parameters():
+        start = p.maximum if p.identity is None and p.whole else p.identity
+        if start is not None:
+            values[p.name] = _moved(p, start, float(getattr(effect, p.name)), factor)
+    return type(effect)(**{**_plain(effect), **values})
+
+
+def _plain(effect: Effect) -> dict[str, Any]:
+    return {p.name: getattr(effect, p.name) for p in effect.parameters()}
+
+
+def _moved(p: Parameter, start: float, value: float, factor: float) -> float:
+    if factor == 1:
+        return value  # to the last digit
+    if value > 0 and start > FAR * value:
+        moved = start * (value / start) ** factor
+    else:
+        moved = start + factor * (value - start)
+    if p.whole and p.maximum - p.minimum >= 4:
+        moved = round(moved)
+        moved = moved - 1 if moved == start == p.maximum else moved
+        moved = moved + 1 if moved == start == p.minimum else moved
+    elif p.whole:
+        moved = value
+    return float(np.clip(moved, p.minimum, p.maximum))
+
+
+class Probe:
+    """Signatures of effects in one camera: what the battery shows with them, less without."""
+
+    def __init__(self, camera: Camera, protocol: Protocol, rates: Rates, ruler: Ruler) -> None:
+        self.protocol, self.rates, self.ruler = protocol, rates, ruler
+        self.plain = [self._seen(camera, seed) for seed in PROBES]
+
+    def _seen(self, camera: Camera, seed: int) -> Floats:
+        body = camera.with_body(seed)
+        return battery(record(body, self.protocol, self.rates, seed=seed))
+
+    def __call__(self, camera: Camera) -> tuple[float, float]:
+        """Severity and absorbed part of what the camera has more than the plain one."""
+        first, second = (
+            self._seen(camera, seed) - plain for seed, plain in zip(PROBES, self.plain, strict=True)
+        )
+        return self.ruler.severity(first, second), self.ruler.absorbed(first)
+
+
+def dressed_own(camera: Camera, effect: Effect, target: float, probe: Probe) -> Dressed:
+    """A camera with an effect of the catalogue as severe as wanted, as far as its range goes."""
+
+    def made(factor: float) -> tuple[Camera, dict[str, float | dict[str, float]]]:
+        worn = at_strength(effect, factor)
+        return camera.plus(worn), worn.values()
+
+    return _searched(made, target, probe, 1.0, 1e-4, 1e4)
+
+
+def dressed_outside(camera: Camera, outsider: Outsider, target: float, probe: Probe) -> Dressed:
+    """The same with an effect from elsewhere."""
+    low, high = outsider.weakest, outsider.strongest
+
+    def made(strength: float) -> tuple[Camera, dict[str, float | dict[str, float]]]:
+        return wear(camera, outsider, strength), {"strength": strength}
+
+    start = high if outsider.choice else math.sqrt(max(low, high / 1e3) * high)
+    return _searched(made, target, probe, start, low, high)
+
+
+def _searched(
+    made: Callable[[float], tuple[Camera, dict[str, float | dict[str, float]]]],
+    target: float,
+    probe: Probe,
+    start: float,
+    low: float,
+    high: float,
+) -> Dressed:
+    """Secant search in logarithms; severity rises with the strength, or with its square."""
+    tried: list[tuple[float, Dressed]] = []
+    at, slope = start, 1.0
+    for _ in range(TRIES):
+        camera, parameters = made(at)
+        if tried and parameters == tried[-1][1].parameters:
+            break  # a choice, or the end of the range
+        severity, absorbed = probe(camera)
+        found = Dressed(camera=camera, parameters=parameters, severity=severity, absorbed=absorbed)
+        tried.append((at, found))
+        if max(severity, 1e-3) / target < NEAR and target / max(severity, 1e-3) < NEAR:
+            break
+        if len(tried) > 1:
+            (a, one), (b, two) = tried[-2:]
+            rise = math.log(max(two.severity, 1e-3) / max(one.severity, 1e-3))
+            run = math.log(b / a) if a > 0 and b > 0 and a != b else 0.0
+            slope = min(3.0, max(0.5, rise / run)) if run else 1.0
+        step = (target / max(severity, 1e-3)) ** (1 / slope)
+        further = at * min(LONGEST_STEP**2, max(1 / LONGEST_STEP**2, step))
+        further = min(high, max(low, further))
+        if further == at:
+            break
+        at = further
+    return min(
+        (found for _, found in tried), key=lambda f: abs(math.log(max(f.severity, 1e-3) / target))
+    )

@@ -1,0 +1,268 @@
+"""A set is drawn, sealed, answered and scored; a run that was stopped goes on; a split is fair."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camtruth.blind import making
+from camtruth.blind.answering import solve
+from camtruth.blind.design import design
+from camtruth.blind.format import CASES, NOMINAL, TRUTH, beside, open_seal, read_set
+from camtruth.blind.making import make
+from camtruth.blind.ruler import Ruler
+from camtruth.blind.severity import at_strength
+from camtruth.blind.splitting import split
+from foundation.output import CHECKSUMS, sha256
+from foundation.verification import verify
+from render.closed_form import render
+from render.rate import RateImage
+from scenes.scene import load as load_scene
+from sensor import camera_file, protocol
+from sensor.camera import Camera
+from sensor.capture_folder import read_capture
+from sensor.catalogue import catalogue
+from sensor.protocol import Protocol, Shot
+from tests.conftest import Run, Small
+
+WIDTH, HEIGHT, FRAMES = 64, 48, 4
+ASKED = {"null": 1, "own": 1, "left-out": 1, "put-back": 1, "strange": 1, "others": 1}
+SOLVER = """
+def fake(folder, without):
+    assert not (folder / "truth.json").exists()
+    return {
+        "format": "camtruth-gap/1",
+        "verdict": "unexplained" if without else "matched",
+        "effects": [],
+        "gap": {"shrink": 0.0, "at_floor": True},
+        "where": [],
+    }
+
+def fails(folder, without):
+    raise RuntimeError("no")
+"""
+
+
+def light() -> dict[str, RateImage]:
+    scene = load_scene("chart").with_size(WIDTH, HEIGHT)
+    return {"incandescent": render(scene, "incandescent")}
+
+
+def bases() -> dict[str, Camera]:
+    return {"icx098": camera_file.load("icx098").resized(HEIGHT, WIDTH)}
+
+
+SHOTS = Protocol(
+    name="two",
+    shot=(
+        Shot(label="dark", exposure_s=0.03, frames=FRAMES),
+        Shot(label="lit", light=("incandescent",), exposure_s=0.03, frames=FRAMES),
+    ),
+)
+
+
+def made_at(out: Path, seed: int = 5, **more: object) -> None:
+    make(
+        out,
+        "small",
+        asked=ASKED,
+        bases=bases(),
+        protocol=SHOTS,
+        images=light(),
+        scene="chart",
+        seed=seed,
+        nulls=3,
+        threads=1,
+        **more,  # type: ignore[arg-type]
+    )
+
+
+@pytest.fixture(scope="module")
+def small_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("blind") / "small"
+    made_at(out)
+    return out
+
+
+def test_every_case_is_a_capture_without_its_truth(small_set: Path) -> None:
+    document = read_set(small_set)
+    assert len(document.case) == sum(ASKED.values())
+    verify(small_set)
+    for case in document.case:
+        folder = small_set / CASES / case.name
+        capture = read_capture(folder)
+        assert (capture.camera, capture.frames[0].dn.shape[:3]) == (
+            "withheld",
+            (FRAMES, HEIGHT, WIDTH),
+        )
+        assert camera_file.load(str(folder / NOMINAL)).width == WIDTH
+    assert not list(small_set.rglob(TRUTH))
+
+
+def test_the_truth_is_the_one_committed_to(small_set: Path) -> None:
+    document = read_set(small_set)
+    truth = open_seal(beside(small_set, "seal"), document.commitment)
+    assert Counter(case.group for case in truth.cases.values()) == ASKED
+    told = {case.name: case.without for case in document.case}
+    for name, case in truth.cases.items():
+        assert told[name] == case.without
+        assert len(case.effects) == (case.group != "null")
+        assert (case.group == "left-out") == bool(case.without)
+    back = next(case for case in truth.cases.values() if case.group == "put-back")
+    assert back.twin is not None
+    left = truth.cases[back.twin]
+    assert [e.parameters for e in left.effects] == [e.parameters for e in back.effects]
+    assert left.seed != back.seed
+
+
+def test_nothing_of_the_secret_is_in_the_set(small_set: Path) -> None:
+    truth = json.loads((beside(small_set, "seal") / TRUTH).read_text())
+    for file in small_set.rglob("*"):
+        if file.is_file():
+            content = file.read_bytes()
+            for word in (truth["salt"], truth["secret"]):
+                assert word.encode() not in content
+                assert bytes.fromhex(word) not in content
+
+
+def test_the_seed_alone_does_not_make_the_set_again() -> None:
+    one, two = (design(ASKED, bases(), 5, secret) for secret in (b"a" * 32, b"b" * 32))
+    assert one == design(ASKED, bases(), 5, b"a" * 32)
+    assert {case.name for case in one}.isdisjoint(case.name for case in two)
+    assert {case.draw for case in one}.isdisjoint(case.draw for case in two)
+
+
+def test_a_set_is_answered_and_scored(small_set: Path, tmp_path: Path, run: Run) -> None:
+    solver = tmp_path / "solver.py"
+    solver.write_text(SOLVER)
+    out = tmp_path / "answers"
+    told = run("blind", "solve", small_set, "--solver", f"{solver}:fake", "--out", out)
+    assert told.code == 0, told.err
+    assert sha256(out / CHECKSUMS) in told.out
+    words = ("blind", "score", small_set, "--answers", out, "--out", tmp_path / "score", "--json")
+    told = run(*words)
+    assert told.code == 0, told.err
+    document = json.loads(told.out)
+    alarms = next(r for r in document["rows"]["answers"] if r["group"] == "nothing wrong")
+    assert (alarms["hits"], alarms["cases"]) == (0, 1)
+    marks = {m["group"]: m for m in document["marks"]["answers"]}
+    assert marks["left-out"]["unexplained"]
+
+
+def test_a_run_that_was_stopped_goes_on(small_set: Path, tmp_path: Path) -> None:
+    solver = tmp_path / "solver.py"
+    solver.write_text(SOLVER.replace('raise RuntimeError("no")', STOPS))
+    out = tmp_path / "answers"
+    with pytest.raises(Exception, match="stopped"):
+        solve(small_set, out, solver=f"{solver}:fails", threads=1)
+    kept = {
+        p.name: p.stat().st_mtime_ns for p in out.with_name("answers.unfinished").glob("*.json")
+    }
+    assert 0 < len(kept) < sum(ASKED.values())
+    solve(small_set, out, solver=f"{solver}:fails", threads=1, resume=True)
+    for name, when in kept.items():
+        assert (out / name).stat().st_mtime_ns == when
+    verify(out)
+
+
+STOPS = """
+    mark = __import__("pathlib").Path(__file__).with_name("calls")
+    calls = int(mark.read_text()) if mark.exists() else 0
+    mark.write_text(str(calls + 1))
+    if calls == 2:
+        raise RuntimeError("stopped")
+    return fake(folder, without)"""
+
+
+def test_making_goes_on_with_the_same_secret(
+    small_set: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The run is stopped after the first case; the next one keeps that case and its truth."""
+    out, real, calls = tmp_path / "set", making.make_case, []
+
+    def stops(place: making.Place, wanted: making.Wanted) -> dict[str, object]:
+        calls.append(wanted.name)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return real(place, wanted)
+
+    monkeypatch.setattr(making, "make_case", stops)
+    monkeypatch.setattr(making, "make_ruler", lambda *a, **k: FLAT)
+    monkeypatch.setattr(making, "dressed", lambda place, wanted, plain: (plain, ()))
+    with pytest.raises(KeyboardInterrupt):
+        made_at(out)
+    made_at(out, resume=True)
+    assert calls.count(calls[0]) == 1
+    assert calls.count(calls[1]) == 2
+    assert calls[0] in {case.name for case in read_set(out).case}
+
+
+FLAT = Ruler(sd=np.ones(1), known=np.zeros((0, 1)), nulls=np.ones((2, 1)))
+
+
+@pytest.mark.parametrize("wrong", ["", "{}", '{"format": "camtruth-gap/1", "verdict": "perhaps"}'])
+def test_an_answer_that_is_none_is_refused(
+    wrong: str, small_set: Path, tmp_path: Path, run: Run
+) -> None:
+    solver = tmp_path / "solver.py"
+    solver.write_text(f"import json\ndef say(folder, without):\n    return json.loads({wrong!r})\n")
+    words = ("--solver", f"{solver}:say", "--out", tmp_path / "answers")
+    assert "expected" in run("blind", "solve", small_set, *words).complaint
+
+
+def test_severity_is_the_power_of_a_linear_test() -> None:
+    """With unit noise, nothing known and signature s, z is |s| and severity |s| / 5: over 4000
+    nulls its scatter is known to 1.1 %, and five of those are allowed."""
+    rng = np.random.default_rng(3)
+    s = np.array([3.0, 4.0, 0.0])
+    ruler = Ruler(sd=np.ones(3), known=np.zeros((0, 3)), nulls=rng.normal(size=(4000, 3)))
+    assert ruler.severity(s, s) == pytest.approx(1.0, rel=5 / np.sqrt(2 * 4000))
+    assert ruler.severity(s, -s) == 0.0
+    taken = Ruler(sd=np.ones(3), known=np.eye(3)[:1], nulls=ruler.nulls)
+    assert taken.absorbed(s) == pytest.approx(9 / 25)
+    assert taken.severity(np.array([1.0, 0, 0]), s) == 0.0
+
+
+@pytest.mark.parametrize(
+    "kind", [k for k in catalogue().values() if not k.base], ids=lambda k: k.name
+)
+def test_every_effect_can_be_made_weaker_and_stronger(kind: type) -> None:
+    effect = kind()
+    assert at_strength(effect, 1.0) == effect
+    for factor in (1e-4, 0.3, 3.0, 1e4):
+        scaled = at_strength(effect, factor)
+        assert type(scaled) is kind  # its ranges were checked when it was made
+
+
+def test_halves_of_a_capture_share_no_frame(
+    small: Small, small_capture: Path, tmp_path: Path
+) -> None:
+    whole = read_capture(small_capture)
+    split(small_capture, tmp_path / "halves", run=2)
+    halves = [read_capture(tmp_path / "halves" / name) for name in "ab"]
+    for k, frames in enumerate(whole.frames):
+        a, b = (np.asarray(half.frames[k].dn) for half in halves)
+        assert len(a) == len(b) == 2  # of six frames, one run of two each; the rest has no partner
+        np.testing.assert_array_equal(a, frames.dn[0:2])
+        np.testing.assert_array_equal(b, frames.dn[2:4])
+    assert halves[0].panels == whole.panels
+    assert not list((tmp_path / "halves").rglob(TRUTH))
+    assert (tmp_path / "halves" / "a" / "rate-incandescent.exr").exists()
+    verify(tmp_path / "halves")
+    assert protocol.load(str(small.protocol)).shot[0].label in {f.shot.label for f in whole.frames}
+
+
+def test_a_split_by_exposures_refuses_a_single_dark(small_capture: Path, run: Run) -> None:
+    said = run("blind", "split", small_capture, "--by", "exposures").complaint
+    assert "one shot under no light" in said
+
+
+def test_the_command_splits(small_capture: Path, run: Run) -> None:
+    told = run("blind", "split", small_capture, "--json")
+    assert told.code == 0, told.err
+    halves = json.loads(told.out)["halves"]
+    assert halves["a"] == halves["b"] == {"dark": 3, "half": 3, "full": 3}
