@@ -10,8 +10,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from analysis.gap.report import GapReport
     from analysis.parameters import CannotTell, Estimate, NoiseParameters
     from analysis.round_trip import Row
+    from camtruth.diagnosing import diagnose
     from camtruth.measuring import measure, roundtrip
     from camtruth.rendering import render
     from camtruth.simulating import capture, capture_to
@@ -30,8 +32,10 @@ if TYPE_CHECKING:
     from sensor.truth import population, truth
 
 _HOMES = {
+    "analysis.gap.report": ("GapReport",),
     "analysis.parameters": ("CannotTell", "Estimate", "NoiseParameters"),
     "analysis.round_trip": ("Row",),
+    "camtruth.diagnosing": ("diagnose",),
     "camtruth.measuring": ("measure", "roundtrip"),
     "camtruth.rendering": ("render",),
     "camtruth.simulating": ("capture", "capture_to"),
@@ -62,6 +66,7 @@ __all__ = [
     "Effect",
     "Estimate",
     "Frames",
+    "GapReport",
     "InputError",
     "NoiseParameters",
     "Panel",
@@ -72,6 +77,7 @@ __all__ = [
     "Shot",
     "capture",
     "capture_to",
+    "diagnose",
     "load_camera",
     "load_protocol",
     "load_scene",

@@ -301,10 +301,8 @@ def diagnose(
         distances.append(further)
         fits = further.whole.p_value >= SIGNIFICANCE
         choices.append(choose(candidates, fits) or choice)
-        if further.whole.p_value >= SIGNIFICANCE:
-            chances.append(further.whole.p_value)
-            break
-        if len(choices) == MOST_EFFECTS:
+        closed = further.held.total < LITTLE * distances[0].held.total
+        if fits or closed or len(choices) == MOST_EFFECTS:
             chances.append(further.whole.p_value)
             break
     report = conclude(setting, models, distances, choices, first, chances)
@@ -317,6 +315,9 @@ def diagnose(
         choices=tuple(choices),
     )
 
+
+LITTLE = 0.05
+"""Part of the gap that is left to chance and to the model's own errors: no one else is blamed."""
 
 LEAST_OF_A_LATER = 25.0
 """Score of an effect that is added to another one: what is left of a gap is easily blamed."""

@@ -163,7 +163,7 @@ def lines(rows: Sequence[Row], limits: Mapping[str, Limit]) -> list[Line]:
             _least(f"detected, {name} limits", share(band(named, low, high), detected), target,
                    study)
         )  # fmt: skip
-    for (name, low, high), (one, many), study in zip(
+    for (name, low, high), (one, many), before in zip(
         BANDS,
         ((0.9, 0.97), (0.92, 0.97), (0.98, 0.995)),
         (("89 %", "97 %"), ("83 %", "86 %"), ("98 %", "100 %")),
@@ -171,8 +171,8 @@ def lines(rows: Sequence[Row], limits: Mapping[str, Limit]) -> list[Line]:
     ):
         seen = [row for row in band(named, low, high) if detected(row)]
         words = f", of those detected, {name} limits"
-        made.append(_least(f"right effect{words}", share(seen, right), one, study[0]))
-        made.append(_least(f"right class{words}", share(seen, in_class), many, study[1]))
+        made.append(_least(f"right effect{words}", share(seen, right), one, before[0]))
+        made.append(_least(f"right class{words}", share(seen, in_class), many, before[1]))
     for (name, low, high), target, study in zip(
         BANDS[1:], (0.75, 0.95), ("44 %", "88 %"), strict=True
     ):
@@ -310,7 +310,7 @@ def confusion(rows: Iterable[Row]) -> dict[tuple[str, str], dict[str, int]]:
         bands = [n for n, low, high in BANDS if low <= row["severity"] < high] or ["below 1"]
         answer = first(row)
         if answer is None:
-            word = UNNAMED.get(row["verdict"], row["verdict"])
+            word = str(UNNAMED.get(row["verdict"], row["verdict"]))
         elif not right(row) and in_class(row):
             word = "in class"
         else:

@@ -45,7 +45,7 @@ def confusions(rows: Sequence[Row]) -> str:
     """The confusion matrix, one line per effect: an entry is severity band, answer and count."""
     found = confusion(rows)
     names = dict.fromkeys(name for name, _ in found)
-    made = []
+    made: list[tuple[str, ...]] = []
     for name in sorted(names):
         if name == "nothing":
             made.append((name, "", "", _answers(found[name, ""], name)))

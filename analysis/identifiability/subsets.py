@@ -49,7 +49,7 @@ class Told:
     @property
     def least(self) -> Floats:
         """Chi-squared of each effect after the best amount of any other."""
-        return np.minimum(self.apart.min(axis=1), self.seen)
+        return np.asarray(np.minimum(self.apart.min(axis=1), self.seen))
 
     @property
     def separated(self) -> tuple[str, ...]:
@@ -77,7 +77,7 @@ class Told:
             group, edge = set[int](), {min(left)}
             while edge:
                 group |= edge
-                edge = {j for i in edge for j in np.flatnonzero(near[i])} - group
+                edge = {int(j) for i in edge for j in np.flatnonzero(near[i])} - group
             left -= group
             if len(group) > 1:
                 groups.append([self.names[k] for k in sorted(group)])
