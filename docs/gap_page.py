@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +44,19 @@ FIGURES = {
 def write_gap_page() -> None:
     """The page."""
     found = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else None
+    others = [
+        json.loads(path.read_text(encoding="utf-8"))
+        for path in sorted(RESULTS.parent.glob("gap-*.json"))
+    ]
     with new_file(HERE / "gap.md") as scratch:
-        scratch.write_text(gap_page(found), encoding="utf-8")
+        scratch.write_text(gap_page(found, others), encoding="utf-8")
 
 
-def gap_page(found: dict[str, Any] | None) -> str:
-    """The page with these results, or with none."""
+def gap_page(found: dict[str, Any] | None, others: Sequence[dict[str, Any]] = ()) -> str:
+    """The page with these results, or with none, and those of captures of other sizes."""
     text = (HERE / "gap_text.md").read_text(encoding="utf-8")
-    parts = FIGURES | {"measured": measured(found), "limits": limits(found)}
+    more = [f"\n### Captures of {size(other)}\n\n{measured(other)}" for other in others]
+    parts = FIGURES | {"measured": measured(found) + "".join(more), "limits": limits(found)}
     for name, words in parts.items():
         text = text.replace(f"<!-- {name} -->", words)
     return text
@@ -72,7 +78,7 @@ def measured(found: dict[str, Any] | None) -> str:
         " little: see its interval.** Effects that come from other people's code are not part of"
         " this bench (`camtruth blind`).\n\n"
         + table(lines(rows, limits))
-        + "\n### What is taken for what\n\nBold is the true effect; the number is how often.\n\n"
+        + "\nWhat is taken for what: bold is the true effect; the number is how often.\n\n"
         + confusions(rows)
     )
 

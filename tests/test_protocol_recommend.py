@@ -30,12 +30,12 @@ from sensor.protocol import load as load_protocol
 def test_what_is_left_of_one_after_the_best_of_another() -> None:
     """|s|^2 sin^2 of the angle, by hand."""
     angle = np.deg2rad(30)
-    rows = np.array([[10.0, 0.0, 0.0], [8 * np.cos(angle), 8 * np.sin(angle), 0.0], [0, 0, 1.0]])
+    rows = np.array([[11.0, 0.0, 0.0], [8 * np.cos(angle), 8 * np.sin(angle), 0.0], [0, 0, 1.0]])
     found = told(rows, ["a", "b", "c"], [True, True, True])
-    assert found.apart[0, 1] == pytest.approx(100 * 0.25)
+    assert found.apart[0, 1] == pytest.approx(121 * 0.25)
     assert found.apart[1, 0] == pytest.approx(64 * 0.25)
-    assert found.apart[0, 2] == pytest.approx(100)
-    assert found.seen == pytest.approx([100, 64, 1])
+    assert found.apart[0, 2] == pytest.approx(121)
+    assert found.seen == pytest.approx([121, 64, 1])
     assert found.separated == ("a",)
     assert found.unseen == ("c",)
     assert found.classes == [["a", "b"]]

@@ -24,7 +24,9 @@ from foundation.errors import InputError
 from foundation.output import new_file
 
 OUT = Path("camtruth-out/gap-bench")
-PUBLISHED = Path("docs/results/gap.json")
+PUBLISHED = Path("docs/results")
+USUAL = Place(out=OUT)
+"""Results of its size stand in gap.json, those of any other in a file that names the size."""
 
 
 def main() -> int:
@@ -32,9 +34,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m analysis.gap_bench", description=__doc__)
     parser.add_argument("what", choices=["run", "limits", "table", "publish"])
     parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--width", type=int, default=160)
-    parser.add_argument("--height", type=int, default=120)
-    parser.add_argument("--frames", type=int, default=24)
+    parser.add_argument("--width", type=int, default=USUAL.width)
+    parser.add_argument("--height", type=int, default=USUAL.height)
+    parser.add_argument("--frames", type=int, default=USUAL.frames)
     parser.add_argument("--cases", type=int, help="only the first so many")
     parser.add_argument("--kind", choices=["null", "effect", "withheld", "pair"])
     parser.add_argument("--minutes", type=float, help="begin no case after so many")
@@ -103,10 +105,10 @@ def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, A
 
 def keep(found: dict[str, Any]) -> None:
     """Write what the documentation shows."""
-    PUBLISHED.parent.mkdir(parents=True, exist_ok=True)
-    with new_file(PUBLISHED) as scratch:
+    name = "gap.json" if found["size"] == USUAL.size else f"gap-{found['size']}.json"
+    with new_file(PUBLISHED / name) as scratch:
         scratch.write_text(json.dumps(found, allow_nan=False) + "\n", encoding="utf-8")
-    print(f"{PUBLISHED} written")
+    print(f"{PUBLISHED / name} written")
 
 
 if __name__ == "__main__":
