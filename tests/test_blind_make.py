@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from camtruth.blind import making
-from camtruth.blind.answering import solve
-from camtruth.blind.design import design
+from camtruth.blind.answering import checked, diagnose, solve
+from camtruth.blind.design import BRIGHT, FILLED, design
+from camtruth.blind.errors import BlindError
 from camtruth.blind.format import CASES, NOMINAL, TRUTH, beside, open_seal, read_set
 from camtruth.blind.making import make
 from camtruth.blind.ruler import Ruler
@@ -212,6 +213,25 @@ def test_an_answer_that_is_none_is_refused(
     solver.write_text(f"import json\ndef say(folder, without):\n    return json.loads({wrong!r})\n")
     words = ("--solver", f"{solver}:say", "--out", tmp_path / "answers")
     assert "expected" in run("blind", "solve", small_set, *words).complaint
+
+
+def test_the_brightest_shot_nearly_fills_the_camera(small_set: Path) -> None:
+    """Light varies by 5 %, gain cancels, and black adds up to 5 DN: within 25 %, five of those."""
+    for case in read_set(small_set).case:
+        lit = read_capture(small_set / CASES / case.name).lit[0]
+        assert np.quantile(lit.dn, BRIGHT) == pytest.approx(FILLED * 255, rel=0.25)
+
+
+def test_a_capture_that_is_refused_is_answered_with_the_reason(
+    small_set: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*words: object, **more: object) -> None:
+        raise BlindError("this", "expected that", "do so")
+
+    monkeypatch.setattr("camtruth.diagnosing.diagnosis", refuses)
+    found = checked(diagnose(small_set / CASES / read_set(small_set).case[0].name, ()), "it")
+    assert found["verdict"] == "insufficient data"
+    assert "expected that" in found["notes"][0]
 
 
 def test_severity_is_the_power_of_a_linear_test() -> None:

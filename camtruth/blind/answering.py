@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from analysis.gap.report import NO_GAP, GapReport
 from camtruth.blind.errors import BlindError
 from camtruth.blind.format import CASES, NOMINAL, CaseEntry, SetDocument, read_set
 from foundation.errors import InputError, unknown
@@ -31,12 +32,19 @@ OURS = "diagnose"
 
 
 def diagnose(folder: Path, without: tuple[str, ...]) -> dict[str, Any]:
-    """This package's diagnosis, told the camera's data sheet."""
+    """This package's diagnosis, told the camera's data sheet.
+
+    A capture that it refuses is one that it has no answer to: "insufficient data", with the reason.
+    """
     from camtruth.diagnosing import diagnosis
 
     sheet = folder / NOMINAL
     model = str(sheet) if sheet.is_file() else None
-    return diagnosis(folder, model, without=without).report.to_json()
+    try:
+        return diagnosis(folder, model, without=without).report.to_json()
+    except InputError as refusal:
+        refused = GapReport(verdict="insufficient data", gap=NO_GAP, notes=(str(refusal),))
+        return refused.to_json()
 
 
 def solver_of(name: str) -> Solver:

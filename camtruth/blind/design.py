@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camtruth.blind.errors import BlindError
 from camtruth.blind.foreign.library import outsiders
@@ -19,7 +20,7 @@ from camtruth.blind.format import GROUPS
 from camtruth.blind.ruler import scaled_figures
 from camtruth.blind.worn import fits
 from foundation.errors import unknown
-from sensor.camera import Camera
+from sensor.camera import Camera, light_on
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect
@@ -27,6 +28,7 @@ from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
+from sensor.protocol import Protocol
 
 DEFAULT_CASES = {
     "null": 40,
@@ -47,6 +49,9 @@ SPREAD = 0.2
 
 NOMINAL_SPREAD = 0.02
 """By how much a data sheet is off."""
+
+BRIGHT, FILLED = 0.99, 0.7
+"""This quantile of the brightest shot is set to this part of the largest pixel value."""
 
 WANTS_COLOURS = frozenset(
     {"demosaic_other", "chroma_subsampling", "color_matrix", "jpeg", "sharpening"}
@@ -134,7 +139,7 @@ def design(
                 "expected one whose frames have three colours in every pixel",
                 "add one, as in --camera i400",
             )
-        ends = np.log([WEAKEST, STRONGEST])
+        ends = float(np.log(WEAKEST)), float(np.log(STRONGEST))
         effects = len(own) + (outside is not None)
         draw, frames, body = (int(v) for v in rng.integers(2**31, size=3))
         found = Wanted(
@@ -143,7 +148,7 @@ def design(
             base=str(rng.choice(usable)),
             own=own,
             outside=outside,
-            targets=tuple(float(v) for v in np.exp(rng.uniform(*ends, size=effects))),
+            targets=tuple(float(v) for v in np.exp(rng.uniform(ends[0], ends[1], size=effects))),
             draw=draw,
             seed=frames,
             body_seed=body,
@@ -183,6 +188,24 @@ def _shuffled(rng: np.random.Generator, names: list[str]) -> list[str]:
     return [names[k] for k in rng.permutation(len(names))]
 
 
+def exposed(base: Camera, protocol: Protocol, rates: Mapping[str, NDArray[np.float32]]) -> Camera:
+    """The camera with its light set as a photographer would: the brightest shot nearly fills it.
+
+    A preset is made for one number of pixels; of larger pixels each catches more.
+    """
+    brightest = [0.0]
+    for shot in protocol.shot:
+        if shot.dark:
+            continue
+        electrons = np.asarray(light_on(base, shot, rates) * shot.exposure_s)
+        dn = electrons * np.array(list(base.gain_dn_per_e), dtype=np.float32)
+        brightest.append(float(np.quantile(dn, BRIGHT)))
+    if max(brightest) == 0:
+        return base
+    factor = FILLED * base.format.top_dn / max(brightest)
+    return dataclasses.replace(base, sensitivity=base.sensitivity.map(lambda s: s * factor))
+
+
 def body(base: Camera, wanted: Wanted) -> Camera:
     """The case's own camera: gain, black level, noises, patterns and dark current drawn anew."""
     rng = np.random.default_rng(wanted.draw)
@@ -207,7 +230,7 @@ def _varied(camera: Camera, rng: np.random.Generator, spread: float) -> Camera:
         effect = camera.get(kind)
         if effect is not None:
             factor = float(np.exp(rng.normal(0, spread)))
-            effects.append(scaled_figures(effect, factor, 0.0))  # type: ignore[arg-type]
+            effects.append(scaled_figures(effect, factor, 0.0))
     light = float(np.exp(rng.normal(0, spread / 4))) / gain
     return dataclasses.replace(
         camera.plus(*effects),

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camtruth.blind.design import Wanted, body, design, nominal
+from camtruth.blind.design import Wanted, body, design, exposed, nominal
 from camtruth.blind.foreign.library import missing, outsiders
 from camtruth.blind.format import (
     CASES,
@@ -129,6 +129,7 @@ def make(
         wanted = design(asked, bases, seed, secret)
         (folder / CASES).mkdir(exist_ok=True)
         rates = rates_of(images)
+        bases = {base: exposed(camera, protocol, rates) for base, camera in bases.items()}
         place = Place(
             folder=str((folder / CASES).resolve()),
             protocol=protocol,

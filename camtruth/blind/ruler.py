@@ -15,14 +15,17 @@ at its detection limit stands 5 standard errors from zero.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sensor.camera import Camera
 from sensor.colours import Colours
+from sensor.effect import Effect
 from sensor.effects.dark_shot import DarkShot
 from sensor.effects.fpn import Fpn
 from sensor.effects.prnu import Prnu
@@ -178,8 +181,6 @@ def make_ruler(
 
 def nudged(camera: Camera, rates: Rates) -> list[tuple[Camera, Rates]]:
     """The camera with each base figure a little off, and the light of each lamp and colour."""
-    import dataclasses
-
     one = 1 + STEP
     out: list[tuple[Camera, Rates]] = []
     for channel in "RGB":
@@ -200,12 +201,10 @@ def nudged(camera: Camera, rates: Rates) -> list[tuple[Camera, Rates]]:
     return out
 
 
-def scaled_figures(effect: object, factor: float, least: float) -> object:
+def scaled_figures(effect: Effect, factor: float, least: float) -> Effect:
     """A base effect with every figure multiplied; one that is 0 becomes `least`."""
-    import dataclasses
-
-    figures = {}
-    for p in effect.parameters():  # type: ignore[attr-defined]
+    figures: dict[str, Any] = {}
+    for p in effect.parameters():
         value = Colours.of(getattr(effect, p.name)).map(lambda v: v * factor if v else least)
         figures[p.name] = value if p.per_colour else value.G
-    return dataclasses.replace(effect, **figures)  # type: ignore[type-var]
+    return dataclasses.replace(effect, **figures)

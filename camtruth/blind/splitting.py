@@ -109,7 +109,7 @@ def _write(
             continue
         file = f"{entry.label}.npy"
         numbers = half[entry.label]
-        stack = np.lib.format.open_memmap(  # type: ignore[no-untyped-call]
+        stack = np.lib.format.open_memmap(
             made / file,
             mode="w+",
             dtype=frames.dn.dtype,

@@ -14,7 +14,7 @@ VOLUME_CM3 = 1.6e-10
 THERMAL_CM_PER_S = 1.2e7
 TRANSFER_S = 8e-8
 RELEASE_S = 4e-7
-CROSS_SECTION_CM2 = 1e-15
+CROSS_SECTION_CM2 = 1e-14
 """A pixel of 5.6 um at 12 MHz, with one kind of trap that lets go after five transfers."""
 
 
@@ -63,8 +63,8 @@ OUTSIDERS = (
         answers=("charge_transfer_inefficiency",),
         stage="transfer",
         place="electrons",
-        weakest=1e-3,
-        strongest=100.0,
+        weakest=0.1,
+        strongest=1e4,
         act=transfer,
         order=53,
     ),
@@ -75,7 +75,7 @@ OUTSIDERS = (
         stage="adc",
         place="mosaic",
         weakest=0.01,
-        strongest=8.0,
+        strongest=3.0,
         act=converter,
         order=2,
     ),

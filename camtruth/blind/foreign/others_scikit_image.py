@@ -22,12 +22,13 @@ def total_variation(image: Numbers, strength: float, about: About) -> Numbers:
 
 
 def sharpened(image: Numbers, strength: float, about: About) -> Numbers:
-    """Unsharp mask of radius 1 and amount `strength`."""
-    frames = [
-        unsharp_mask(f, radius=1.0, amount=strength, channel_axis=-1, preserve_range=True)
-        for f in image.astype(np.float64)
-    ]
-    return np.stack(frames).astype(np.float32)
+    """Unsharp mask of radius 1 and amount `strength`, colour by colour."""
+    out = np.empty(image.shape, dtype=np.float32)
+    for k, frame in enumerate(image.astype(np.float64)):
+        for c in range(3):
+            plane = np.ascontiguousarray(frame[..., c])
+            out[k, ..., c] = unsharp_mask(plane, radius=1.0, amount=strength, preserve_range=True)
+    return out
 
 
 def _by(name: str, answer: str, ends: tuple[float, float], act: object, order: int) -> Outsider:

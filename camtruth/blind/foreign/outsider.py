@@ -54,7 +54,7 @@ class About:
     @property
     def top_dn(self) -> int:
         """The largest pixel value."""
-        return 2**self.bits - 1
+        return int(2**self.bits - 1)
 
     def draws(self, name: str) -> list[np.random.Generator]:
         """Random numbers of an effect, one generator for each frame."""
