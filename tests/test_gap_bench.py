@@ -15,7 +15,7 @@ from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
 from analysis.gap_bench.draw import capture_of, effects_of, random_camera
-from analysis.gap_bench.examine import unfitted
+from analysis.gap_bench.examine import severity_of, unfitted
 from analysis.gap_bench.page import cells, confusions, limits_table, table
 from analysis.gap_bench.run import (
     Place,
@@ -27,11 +27,19 @@ from analysis.gap_bench.run import (
     run_bench,
     write_limits,
 )
-from analysis.identifiability.limits import STANDARD_ERRORS, Limit, between, effect_of, limit_of
+from analysis.identifiability.limits import (
+    STANDARD_ERRORS,
+    Limit,
+    between,
+    default_of,
+    effect_of,
+    limit_of,
+)
 from docs.gap_page import gap_page
 from render.rate import RateHeader, RateImage, write_rate
 from sensor.catalogue import catalogue
 from sensor.effects.bit_truncation import BitTruncation
+from sensor.effects.jpeg import Jpeg
 from sensor.effects.row_noise import RowNoise
 
 WIDTH, HEIGHT = 64, 48
@@ -322,3 +330,21 @@ def test_without_calibration_a_null_is_no_null(place: Place) -> None:
     case = Case(kind="null", seed=1)
     capture, camera = capture_of(case, (), images, 16)
     assert unfitted(capture, camera, images, case.number) < 1e-6
+
+
+def test_what_begins_at_a_threshold_is_found_there_and_counts_as_strong() -> None:
+    def seen(effect: Any) -> tuple[float, float]:
+        chi2 = 1e4 if effect.sigma_e > 7.0 else 0.0
+        return chi2, chi2
+
+    found = limit_of(RowNoise, seen)
+    assert effect_of(found, RowNoise).sigma_e == pytest.approx(7.0, rel=0.1)  # type: ignore[attr-defined]
+    assert found.z == pytest.approx(100.0)
+    case = Case(kind="effect", effects=("row_noise",), severity=2.0)
+    assert severity_of(case, found) == pytest.approx(2 * 100 / STANDARD_ERRORS)
+    assert severity_of(case, limit("row_noise", z=5.2)) == 2.0
+    assert severity_of(case, limit("row_noise", z=40.0, steps=True)) == 8.0
+
+
+def test_an_effect_without_a_strength_is_taken_at_its_default() -> None:
+    assert default_of(Jpeg) == Jpeg()

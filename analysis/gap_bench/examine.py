@@ -64,8 +64,8 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
     effects = effects_of(case, bench.limits)
     if isinstance(effects, str):
         return row | {"skipped": effects}
-    if len(effects) == 1 and bench.limits[case.effects[0]].steps:
-        row["severity"] = bench.limits[case.effects[0]].z / STANDARD_ERRORS
+    if len(effects) == 1:
+        row["severity"] = severity_of(case, bench.limits[case.effects[0]])
     capture, camera = capture_of(case, effects, bench.light, bench.frames)
     kinds = [
         kind
@@ -112,6 +112,23 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
     if case.kind == "null" and bench.unfitted:
         row["p_unfitted"] = finite(unfitted(capture, camera, bench.light, case.number))
     return row
+
+
+THRESHOLD = 1.3
+"""An effect whose limit stands further off than this begins at a threshold: it is seen well as soon
+as it is seen at all."""
+
+
+def severity_of(case: Case, limit: Limit) -> float:
+    """Strength of the one effect of a case in detection limits.
+
+    That of an effect that comes in steps, or begins at a threshold, is as far above the limit as
+    its weakest form stands.
+    """
+    part = limit.z / STANDARD_ERRORS
+    if limit.steps:
+        return part
+    return case.severity * (part if part > THRESHOLD else 1.0)
 
 
 def unfitted(

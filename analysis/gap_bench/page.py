@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from analysis.gap.verdict import EQUIVALENT
 from analysis.gap_bench.count import BANDS, Line, Row, Share, confusion
-from analysis.identifiability.limits import Limit
+from analysis.gap_bench.examine import THRESHOLD
+from analysis.identifiability.limits import STANDARD_ERRORS, Limit
 
 HEADS = ("", "feasibility study", "to reach", "measured", "95 % interval", "cases", "")
 
@@ -76,6 +77,8 @@ def limits_table(limits: Mapping[str, Limit]) -> str:
         note = ""
         if limit.steps:
             note = f"comes in steps; this one stands {limit.z:.0f} standard errors from zero"
+        elif limit.z > THRESHOLD * STANDARD_ERRORS:
+            note = f"begins at a threshold: {limit.z:.0f} standard errors as soon as it is seen"
         elif not limit.reached:
             note = f"not seen: {limit.z:.1f} standard errors at its strongest"
         elif limit.absorbed > EQUIVALENT:

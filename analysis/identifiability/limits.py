@@ -34,7 +34,10 @@ STANDARD_ERRORS = 5.0
 """At the detection limit."""
 
 LIMIT_SEEDS = tuple(range(FIRST_SEED + 100, FIRST_SEED + 104))
-ROUNDS = 7
+ROUNDS = 12
+LEAST_Z = 0.2
+"""Smaller ones are noise: where to go from there is a guess."""
+
 CLOSE = 0.05
 """Of z; the noise of the twins is no smaller."""
 
@@ -124,30 +127,38 @@ def limit_of(kind: type[Effect], seen: Shown) -> Limit:
         return _limit(effect, *seen(effect), steps=True)
     factor, power = 1.0, 1.0
     best: tuple[float, Effect, tuple[float, float]] | None = None
+    below: tuple[float, float] | None = None
+    above: tuple[float, float] | None = None
     last: tuple[float, float] | None = None
-    low, high = SMALLEST, LARGEST
     for _ in range(ROUNDS):
         now = scaled(effect, factor)
         chi2, whole = seen(now)
         z = float(np.sqrt(max(chi2, 0.0)))
-        off = abs(np.log(max(z, 1e-3) / STANDARD_ERRORS))
-        if best is None or off < best[0]:
+        off = abs(np.log(max(z, LEAST_Z) / STANDARD_ERRORS))
+        weaker = above is None or factor < above[0]
+        if best is None or off < best[0] or (off <= best[0] and z > STANDARD_ERRORS and weaker):
             best = (off, now, (chi2, whole))
         if off < CLOSE:
             break
         if z > STANDARD_ERRORS:
-            high = min(high, factor)
+            above = (factor, z)
         else:
-            low = max(low, factor)
+            below = (factor, z)
             if scaled(effect, 2 * factor) == now:
                 break  # as strong as it may be
-        if last is not None and z > 0 and last[1] > 0 and last[0] != factor:
+        if last is not None and min(z, last[1]) > 0 and last[0] != factor:
             power = float(np.clip(np.log(z / last[1]) / np.log(factor / last[0]), 0.3, 4.0))
         last = (factor, z)
-        step = float(np.clip((STANDARD_ERRORS / max(z, 0.2)) ** (1 / power), 0.01, 30.0))
-        wanted = factor * step
-        inside = low < wanted < high
-        factor = wanted if inside else float(np.sqrt(low * high))
+        factor = float(
+            np.clip(
+                factor * np.clip((STANDARD_ERRORS / max(z, LEAST_Z)) ** (1 / power), 0.01, 30.0),
+                SMALLEST,
+                LARGEST,
+            )
+        )
+        if below is not None and above is not None and not below[0] < factor < above[0]:
+            # what begins at a threshold has no power law: halve what is between
+            factor = float(np.sqrt(below[0] * above[0]))
     assert best is not None, "at least one strength was tried"
     return _limit(best[1], *best[2], steps=False)
 
@@ -155,7 +166,8 @@ def limit_of(kind: type[Effect], seen: Shown) -> Limit:
 def default_of(kind: type[Effect]) -> Effect:
     """The effect with its default parameters, or the first start that is not without effect."""
     effect = kind()
-    if any(getattr(effect, p.name) != p.identity for p in strengths(kind)):
+    off = [getattr(effect, p.name) == p.identity for p in strengths(kind)]
+    if not off or not all(off):
         return effect
     return starts(kind)[0]
 
