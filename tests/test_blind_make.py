@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camtruth.blind import making
-from camtruth.blind.answering import checked, diagnose, solve
+from camtruth.blind import baselines, making
+from camtruth.blind.answering import Solver, checked, diagnose, solve
 from camtruth.blind.design import BRIGHT, FILLED, design
 from camtruth.blind.errors import BlindError
 from camtruth.blind.format import CASES, NOMINAL, TRUTH, beside, open_seal, read_set
@@ -232,6 +232,19 @@ def test_a_capture_that_is_refused_is_answered_with_the_reason(
     found = checked(diagnose(small_set / CASES / read_set(small_set).case[0].name, ()), "it")
     assert found["verdict"] == "insufficient data"
     assert "expected that" in found["notes"][0]
+
+
+@pytest.mark.parametrize("solver", [baselines.histogram, baselines.refit_free])
+def test_a_baseline_answers_with_what_it_may_suspect(
+    solver: Solver, small_set: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = {name: catalogue()[name] for name in ("row_noise", "column_fpn", "gamma")}
+    monkeypatch.setattr(baselines, "catalogue", lambda: few)
+    folder = small_set / CASES / read_set(small_set).case[0].name
+    found = checked(solver(folder, ("gamma",)), "it")
+    assert {c["name"] for c in found["candidates"]} == {"row_noise", "column_fpn"}
+    assert sum(c["probability"] for c in found["candidates"]) == pytest.approx(1.0)
+    json.dumps(found, allow_nan=False)
 
 
 def test_severity_is_the_power_of_a_linear_test() -> None:
