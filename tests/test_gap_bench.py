@@ -171,7 +171,9 @@ def test_what_is_wrong_is_counted_as_wrong() -> None:
     assert wrong == {"in class": 1, "jpeg": 2}
     assert "in class 1, jpeg 2" not in table(found)
     assert "jpeg 2" in confusions(rows)
-    assert cells(line(found, "detected, 1 to 2 limits"))[-1] == "**not reached**"
+    assert cells(line(found, "detected, 1 to 2 limits"))[-1] == "too few cases"
+    missed = Line(what="x", found=Share(hits=1, cases=30), met=False)
+    assert cells(missed)[-1] == "**not reached**"
 
 
 def test_what_calibration_takes_up_is_not_expected_to_be_named() -> None:

@@ -9,6 +9,9 @@ from analysis.gap_bench.count import BANDS, Line, Row, Share, confusion
 from analysis.gap_bench.examine import THRESHOLD
 from analysis.identifiability.limits import STANDARD_ERRORS, Limit
 
+FEWEST = 20
+"""Cases below which a line says neither that its target is reached nor that it is not."""
+
 HEADS = ("", "feasibility study", "to reach", "measured", "95 % interval", "cases", "")
 
 
@@ -18,6 +21,9 @@ def cells(line: Line) -> tuple[str, ...]:
     found = line.found
     if found is None:
         return line.what, line.study, line.target, "–", "", "0", mark
+    cases = found.cases if isinstance(found, Share) else found[1]
+    if line.met is not None and cases < FEWEST:
+        mark = "too few cases"
     if isinstance(found, Share):
         value = found.value
         if value is None:

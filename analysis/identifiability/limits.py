@@ -41,6 +41,9 @@ LEAST_Z = 0.2
 CLOSE = 0.05
 """Of z; the noise of the twins is no smaller."""
 
+WELL_SHOWN = 0.75
+"""Of five standard errors: a search that ends below it has found no limit."""
+
 SMALLEST, LARGEST = 1e-4, 1e4
 """Factors of the default strength between which a limit is looked for."""
 
@@ -67,7 +70,7 @@ class Limit:
     @property
     def reached(self) -> bool:
         """Whether these frames show the effect at all."""
-        return self.z > (1 - 2 * CLOSE) * STANDARD_ERRORS
+        return self.z > WELL_SHOWN * STANDARD_ERRORS
 
 
 def limits(
