@@ -70,7 +70,8 @@ def measured(found: dict[str, Any] | None) -> str:
     limits = known(found)
     left_out = len(found["rows"]) - len(rows)
     return (
-        f"Measured {found['date']} at commit {found['commit']}, diagnosis {found['diagnosis']}:"
+        f"Counted {found['date']} at commit {found['commit']}; measured with the diagnosis whose"
+        f" files hash to {found['diagnosis']}:"
         f" {len(rows)} cases, and {left_out} that cannot be (an effect that has no such strength),"
         f" of {found['planned']} planned. The order of the cases is shuffled and fixed, so that"
         f" these are a fair sample. Captures are {size(found)}; every base figure is drawn anew for"
