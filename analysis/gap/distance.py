@@ -17,6 +17,7 @@ from scipy import stats
 from analysis.gap.fit import Fit, fair
 from analysis.gap.nuisance import Calibration
 from analysis.gap.observe import IMAGE, OF_A_BODY, Observation
+from analysis.gap.space import PRIOR_FREEDOM
 
 Floats = NDArray[np.float64]
 
@@ -62,9 +63,8 @@ def yardstick(known: Fit, seen: Observation) -> Yardstick:
     count = bodies.groups
     differences = [fair(count) * one.space.of(bodies, slice(k, k + 1)) for k in range(count)]
     residuals = np.array([one.left(difference) for difference in differences])
-    squares = np.array(
-        [[np.sum(np.square(r[: len(families)][families == n])) for n in names] for r in residuals]
-    )
+    believed = [_believed(r[: len(families)], count) for r in residuals]
+    squares = np.array([[np.sum(np.square(z[families == n])) for n in names] for z in believed])
     expected = squares.mean(axis=0)
     size = np.array([(families == n).sum() for n in names])
     usual = 2.0 * np.maximum(expected, 1e-9) * np.maximum(expected / size, 1.0)
@@ -99,6 +99,18 @@ def _errors(known: Fit, one: Calibration, amounts: Floats, groups: int) -> Float
     return np.asarray(amounts.std(axis=0, ddof=1) * np.sqrt(scale))
 
 
+def _believed(z: Floats, count: int) -> Floats:
+    """Differences in standard errors that are themselves estimates, as normal ones of equal chance.
+
+    A spread that is read from a few twins is sometimes too small: Student's t. Large differences
+    stay as they are, they need no chance.
+    """
+    freedom = count - 1 + PRIOR_FREEDOM
+    size = np.minimum(np.abs(z), 8.0)
+    normal = stats.norm.isf(stats.t.sf(size, freedom))
+    return np.asarray(np.where(np.abs(z) < 8.0, normal, np.abs(z) - 8.0 + normal))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Distance:
     """How far a capture is from a model.
@@ -123,7 +135,7 @@ def distance(left: Floats, rod: Yardstick) -> Distance:
         left: see `Yardstick.left`.
         rod: the model's own spread.
     """
-    squares = np.square(left[: len(rod.families)])
+    squares = np.square(_believed(left[: len(rod.families)], len(rod.residuals)))
     by_family, chances = {}, {}
     for k, name in enumerate(rod.names):
         found = float(squares[rod.families == name].sum())

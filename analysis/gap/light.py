@@ -31,6 +31,9 @@ real chart."""
 PICTURE_FRAMES = 32
 """Frames from which a picture is read."""
 
+CLEAR_OF_THE_TOP = 0.9
+"""Pixels that are brighter may be clipped, and are not compared."""
+
 LEAST_CORRELATION = 0.8
 """Between the frames and their light, lowest of all lamps; a scene that shows less is another."""
 
@@ -133,7 +136,9 @@ def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> No
             )
         seen = ndimage.uniform_filter(_plane(f, black_dn)[..., 1], 4)[::4, ::4]
         expected = ndimage.uniform_filter(rate[..., 1], 4)[::4, ::4]
-        if seen.std() == 0 or expected.std() < 0.02 * expected.mean():
+        clear = seen < CLEAR_OF_THE_TOP * (f.top_dn - black_dn)
+        seen, expected = seen[clear], expected[clear]
+        if clear.mean() < 0.1 or seen.std() == 0 or expected.std() < 0.02 * expected.mean():
             continue
         found = float(np.corrcoef(seen.ravel(), expected.ravel())[0, 1])
         if found < LEAST_CORRELATION and seen.mean() > 4:

@@ -139,6 +139,11 @@ def figure_variances(twins: Observation, lit: dict[str, bool], known: bool = Tru
     return np.asarray(variances)
 
 
+BODY_SHARE = 0.1
+"""Part of the variance of figures of noise in time that belongs to the body after all: on 36 nulls
+their chi-squared was 1.03 to 1.22 times what independent groups of frames would give."""
+
+
 def space_of(
     twins: Observation,
     variances: Floats,
@@ -161,7 +166,7 @@ def space_of(
     """
     count = twins.groups
     of_body = np.array([key.family in OF_A_BODY for key in twins.keys])
-    share = np.where(of_body, 1.0, 1.0 / groups) + 1.0 / count
+    share = np.where(of_body, 1.0, BODY_SHARE + (1.0 - BODY_SHARE) / groups) + 1.0 / count
     expected = twins.means.mean(axis=0)
     figures = twins.figures.mean(axis=0)
     model = 0.0
