@@ -12,6 +12,7 @@ import contextlib
 import dataclasses
 import io
 import json
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -203,11 +204,16 @@ def read_rate(path: Path) -> RateImage:
     )
 
 
+_ONE_READER = threading.Lock()
+
+
 def _read_parts(path: Path, *, header_only: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Header and channels of the only part; whatever OpenEXR throws becomes one line."""
     try:
-        # OpenEXR prints its own complaint about a damaged file on standard output.
+        # OpenEXR prints its own complaint about a damaged file on standard output. There is one
+        # standard output for all threads: two that redirect it at once would leave it redirected.
         with (
+            _ONE_READER,
             contextlib.redirect_stdout(io.StringIO()),
             OpenEXR.File(str(path), separate_channels=True, header_only=header_only) as file,
         ):

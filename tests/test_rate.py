@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -177,3 +179,13 @@ def test_the_preview_shows_the_white_panel_neutral() -> None:
     # sRGB of 0.9 and of 0.18, IEC 61966-2-1
     assert (picture[:, :6] == round(255 * (1.055 * 0.9 ** (1 / 2.4) - 0.055))).all()
     assert (picture[:, 6:] == round(255 * (1.055 * 0.18 ** (1 / 2.4) - 0.055))).all()
+
+
+def test_readers_in_many_threads_leave_standard_output_alone(tmp_path: Path) -> None:
+    """What is printed after them is seen."""
+    path = tmp_path / "rate.exr"
+    write_rate(path, _image())
+    before = sys.stdout
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda _: read_rate(path), range(400)))
+    assert sys.stdout is before
