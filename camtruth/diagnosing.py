@@ -11,7 +11,7 @@ from analysis.gap.report import GapReport
 from foundation.errors import unknown
 from render.rate import RateImage, read_rate
 from sensor.camera import Camera
-from sensor.camera_file import load
+from sensor.camera_file import load, preset_names
 from sensor.capture_folder import inside, read_capture, read_manifest
 from sensor.catalogue import catalogue
 from sensor.effect import Effect
@@ -59,7 +59,7 @@ def diagnosis(
     camera = load(model) if isinstance(model, str) else model
     if camera is not None:
         refuse_other_format(camera, real)
-    elif real.camera in _presets():
+    elif real.camera in preset_names():
         preset = load(real.camera)
         # a preset's name tells its gain, not that its extra effects are there
         camera = preset.without(*(type(e) for e in preset.effects if not e.base))
@@ -104,9 +104,3 @@ def refuse_other_format(camera: Camera, real: Capture) -> None:
 
 def _spelt(pixels: str, bits: int, width: int, height: int) -> str:
     return f"{pixels} of {bits} bits, {width} x {height}"
-
-
-def _presets() -> list[str]:
-    from sensor.camera_file import preset_names
-
-    return preset_names()

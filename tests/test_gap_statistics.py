@@ -9,9 +9,9 @@ from analysis.bias.rounding import rounded
 from analysis.gap.calibrate import NODES, WEIGHTS, behind_rounding
 from analysis.gap.hints import period_px
 from analysis.gap.lattices import Lattice, lattices_of, phase_of
-from analysis.gap.light import bilinear
 from analysis.gap.statistics.group import Group, crossed
 from analysis.gap.statistics.structure import columns, neighbours, rows, time
+from sensor.demosaicers import colour_demosaicing
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
 
@@ -84,9 +84,10 @@ def test_darks_behind_rounding_give_their_figures_back(
 
 def colour_capture(cfa: str, seed: int = 4) -> Capture:
     """Frames as a bilinear demosaicer makes them: neighbours of a measured sample are means."""
+    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
     rng = np.random.default_rng(seed)
     raw = rng.normal(60, 4, (8, 64, 64)).astype(np.float32)
-    frames = np.array([bilinear(frame, cfa) for frame in raw])
+    frames = np.array([fill(frame, cfa) for frame in raw])
     dn = np.clip(np.round(frames), 0, 255).astype(np.uint8)
     shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
     return Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))

@@ -8,12 +8,12 @@ import json
 import numpy as np
 import pytest
 
-from analysis.gap.attribute import Candidate
 from analysis.gap.base import Base
+from analysis.gap.case import Candidate
 from analysis.gap.report import NO_GAP, GapReport
-from analysis.gap.suspects import Signature
 from analysis.gap.verdict import (
     LEAST_SCORE,
+    MOST_OF_A_CROWD,
     SEPARATED_BY,
     both,
     choose,
@@ -38,18 +38,8 @@ BASE = Base(
 
 def candidate(name: str, score: float) -> Candidate:
     """A suspect with a score and nothing else."""
-    effect = catalogue()[name]()
-    nothing = np.zeros(1)
     return Candidate(
-        effect=effect,
-        errors={},
-        score=score,
-        fit_score=score,
-        forward=score,
-        absorbed=0.0,
-        base=BASE,
-        shown=Signature(effect=effect, figures=nothing, means=nothing, one_by_one=nothing[None]),
-        amount=1.0,
+        effect=catalogue()[name](), base=BASE, score=score, forward=score, absorbed=0.0
     )
 
 
@@ -68,7 +58,10 @@ def test_the_word(
     effects: int, before: float, after: float, shrink: float, at_floor: bool, word: str
 ) -> None:
     """A shrunken gap alone is no explanation, and a gap at the floor says nothing by its shrink."""
-    assert verdict(effects, before, after, shrink, at_floor) == word
+    gap = dataclasses.replace(
+        NO_GAP, p_value_before=before, p_value_after=after, shrink=shrink, at_floor=at_floor
+    )
+    assert verdict(effects, gap) == word
 
 
 def test_a_weak_suspect_is_not_named() -> None:
@@ -83,8 +76,16 @@ def test_suspects_within_the_margin_are_named_together() -> None:
                     candidate("jpeg", 20.0)])  # fmt: skip
     assert found is not None
     assert [c.name for c in found.alike] == ["temporal_filter"]
-    assert not found.ambiguous
     assert found.probability < 0.7
+
+
+def test_a_crowd_is_no_answer() -> None:
+    """Where more suspects fit than may be named together, none of them is likely."""
+    names = ("image_lag", "temporal_filter", "jpeg", "row_noise")
+    found = choose([candidate(name, 62.0 - 2 * k) for k, name in enumerate(names)])
+    assert found is not None
+    assert [c.name for c in found.alike] == ["temporal_filter", "jpeg"]
+    assert found.probability <= MOST_OF_A_CROWD
 
 
 def test_a_clear_suspect_is_nearly_certain() -> None:

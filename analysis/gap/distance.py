@@ -14,101 +14,37 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.gap.fit import Fit, fair
+from analysis.gap.fit import Fit
 from analysis.gap.nuisance import Calibration
-from analysis.gap.observe import IMAGE, OF_A_BODY, Observation
-from analysis.gap.space import PRIOR_FREEDOM
+from analysis.gap.observe import OF_A_BODY, Observation
+from analysis.gap.space import MODEL_ERROR
+from analysis.gap.twins_spread import Spread, believed
 
 Floats = NDArray[np.float64]
-
-BORROWED = 8.0
-"""Degrees of freedom with which a family's spread is drawn to that of independent figures."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Yardstick:
-    """A model's own spread.
+    """What a capture is held against.
 
     Attributes:
         turned: the space of the capture, less what calibration takes up.
-        families: family of each coordinate.
-        names: the families.
-        expected: chi-squared that a twin has of each family.
-        variance: of that chi-squared.
-        residuals: the twins themselves in this space, one row each.
-        errors: standard errors of the amounts of all directions, from the twins' own.
+        spread: of the model's twins.
     """
 
     turned: Calibration
-    families: NDArray[np.str_]
-    names: tuple[str, ...]
-    expected: Floats
-    variance: Floats
-    residuals: Floats
-    errors: Floats
+    spread: Spread
 
 
-def yardstick(known: Fit, seen: Observation) -> Yardstick:
-    """Measure the twins of a model against each other.
+def yardstick(known: Fit, spread: Spread, seen: Observation) -> Yardstick:
+    """The yardstick of a capture.
 
     Args:
         known: the model.
-        seen: the capture that will be compared, textured.
+        spread: of its twins.
+        seen: the capture, textured.
     """
-    turned = known.calibration_for(seen)
-    families = turned.space.families
-    names = tuple(dict.fromkeys(families))
-    one = known.calibration_of_twins()
-    bodies = known.bodies
-    count = bodies.groups
-    differences = [fair(count) * one.space.of(bodies, slice(k, k + 1)) for k in range(count)]
-    residuals = np.array([one.left(difference) for difference in differences])
-    believed = [_believed(r[: len(families)], count) for r in residuals]
-    squares = np.array([[np.sum(np.square(z[families == n])) for n in names] for z in believed])
-    expected = squares.mean(axis=0)
-    size = np.array([(families == n).sum() for n in names])
-    usual = 2.0 * np.maximum(expected, 1e-9) * np.maximum(expected / size, 1.0)
-    variance = ((count - 1) * squares.var(axis=0, ddof=1) + BORROWED * usual) / (
-        count - 1 + BORROWED
-    )
-    return Yardstick(
-        turned=turned,
-        families=families,
-        names=names,
-        expected=expected,
-        variance=np.maximum(variance, 1e-12),
-        residuals=residuals,
-        errors=_errors(known, one, np.array([one.amounts(d) for d in differences]), seen.groups),
-    )
-
-
-def _errors(known: Fit, one: Calibration, amounts: Floats, groups: int) -> Floats:
-    """Standard errors of amounts that are read from so many groups of one camera body.
-
-    What a direction changes in the noise is averaged over groups, what it changes in the pattern of
-    a body is not.
-    """
-    ways = known.ways
-    body = np.isin(one.space.families, [IMAGE, *OF_A_BODY])
-    columns = np.array(
-        [one.space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
-    )
-    squares = np.square(columns)
-    share = squares[:, body].sum(axis=1) / np.maximum(squares.sum(axis=1), 1e-300)
-    scale = share + (1 - share) / groups + 1 / len(amounts)
-    return np.asarray(amounts.std(axis=0, ddof=1) * np.sqrt(scale))
-
-
-def _believed(z: Floats, count: int) -> Floats:
-    """Differences in standard errors that are themselves estimates, as normal ones of equal chance.
-
-    A spread that is read from a few twins is sometimes too small: Student's t. Large differences
-    stay as they are, they need no chance.
-    """
-    freedom = count - 1 + PRIOR_FREEDOM
-    size = np.minimum(np.abs(z), 8.0)
-    normal = stats.norm.isf(stats.t.sf(size, freedom))
-    return np.asarray(np.where(np.abs(z) < 8.0, normal, np.abs(z) - 8.0 + normal))
+    return Yardstick(turned=known.calibration_for(seen), spread=spread)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,27 +64,44 @@ class Distance:
     p_value: float
 
 
-def distance(left: Floats, rod: Yardstick) -> Distance:
+def distance(left: Floats, spread: Spread) -> Distance:
     """Distance of what is left of a capture.
 
     Args:
-        left: see `Yardstick.left`.
-        rod: the model's own spread.
+        left: what calibration leaves of its difference from the model.
+        spread: of the model's twins.
     """
-    squares = np.square(_believed(left[: len(rod.families)], len(rod.residuals)))
+    squares = np.square(believed(left[: len(spread.families)], len(spread.residuals)))
     by_family, chances = {}, {}
-    for k, name in enumerate(rod.names):
-        found = float(squares[rod.families == name].sum())
-        expected, variance = float(rod.expected[k]), float(rod.variance[k])
+    for k, name in enumerate(spread.names):
+        found = float(squares[spread.families == name].sum())
+        expected, variance = float(spread.expected[k]), float(spread.variance[k])
         by_family[name] = (found - expected) / max(expected, 1e-9)
         scale = variance / (2 * expected) if expected > 0 else 1.0
         freedom = 2 * expected**2 / variance
         chances[name] = float(stats.chi2.sf(found / scale, freedom)) if expected > 0 else 1.0
-    known = [name for name in rod.names if chances[name] <= 1]
     smallest = min(chances.values())
     return Distance(
-        total=float((squares.sum() - rod.expected.sum()) / rod.expected.sum()),
+        total=float((squares.sum() - spread.expected.sum()) / spread.expected.sum()),
         by_family=by_family,
         p_by_family=chances,
-        p_value=float(1.0 - (1.0 - smallest) ** len(known)),
+        p_value=float(1.0 - (1.0 - smallest) ** len(chances)),
     )
+
+
+def floor(known: Fit, spread: Spread, half: Observation, other: Observation) -> float:
+    """G of one half of the frames from the other: what no model of this capture can get below.
+
+    Only figures of noise in time count. The pattern of a body is the same in both halves.
+
+    Args:
+        known: the model.
+        spread: of its twins.
+        half, other: the two halves, textured.
+    """
+    in_time = np.array([key.family not in OF_A_BODY for key in known.bodies.keys])
+    first, second = half.figures.mean(axis=0), other.figures.mean(axis=0)
+    off = np.maximum(np.abs(first), np.abs(second)) - np.abs(known.bodies.figures.mean(axis=0))
+    variance = known.variances * (1 / half.groups + 1 / other.groups) + (MODEL_ERROR * off) ** 2
+    z = believed((first - second) / np.sqrt(variance), len(spread.residuals))
+    return float((np.square(z[in_time]).sum() - in_time.sum()) / spread.expected.sum())

@@ -183,7 +183,7 @@ def refine(
         space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
         if step == 1:  # the start may have been far off
             ways = _directions(base, scenery, effects)
-        amounts = calibration(space, ways).amounts(space.of(both, slice(None)))
+        amounts = calibration(space, ways).amounts(space.of(both))
         base = turn(base, ways, amounts)
     return base
 
@@ -192,10 +192,10 @@ def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Dire
     return directions(base, scenery, moved_twins(base, scenery, SEEDS, effects))
 
 
-def turn(base: Base, ways: Directions, amounts: Floats, damping: float = 1.0) -> Base:
+def turn(base: Base, ways: Directions, amounts: Floats) -> Base:
     """A base with its knobs turned."""
     for knob, amount in zip(ways.knobs, amounts, strict=False):
-        by = damping * float(amount)
+        by = float(amount)
         if knob.name == "gain" or knob.name.startswith("level"):
             by = float(np.clip(by, -MOST_GAIN_STEP, MOST_GAIN_STEP))
         base = base.moved(knob.name, knob.channel, by)
@@ -205,7 +205,7 @@ def turn(base: Base, ways: Directions, amounts: Floats, damping: float = 1.0) ->
 TWINS = 16
 
 
-def around(base: Base, scenery: Scenery, groups: int, effects: Sequence[Effect] = ()) -> Fit:
+def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     """Everything around a model: twins, spreads, directions."""
     lit = lit_by_label(scenery)
     plain = twins(scenery, base, TWINS, effects)

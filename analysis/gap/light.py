@@ -18,6 +18,7 @@ from foundation.panel import Panel
 from render import path_traced
 from render.rate import RateImage
 from scenes import scene as scenes
+from sensor.demosaicers import colour_demosaicing
 from sensor.errors import CaptureError
 from sensor.frames import Capture, Frames
 from sensor.protocol import DARK, Shot
@@ -173,18 +174,5 @@ def _plane(frames: Frames, black_dn: float) -> Rate:
         return np.asarray(mean)
     if frames.cfa is None:
         return np.repeat(mean[..., None], 3, axis=2)
-    return bilinear(mean, frames.cfa)
-
-
-def bilinear(mosaic: Rate, cfa: str) -> Rate:
-    """Three colours from a mosaic: each the mean of its measured neighbours by distance."""
-    kernel = np.outer((1, 2, 1), (1, 2, 1)).astype(np.float32)
-    colours = np.zeros((*mosaic.shape, 3), dtype=np.float32)
-    for k, colour in enumerate("RGB"):
-        seen = np.zeros_like(mosaic)
-        for site, name in enumerate(cfa):
-            seen[site // 2 :: 2, site % 2 :: 2] = name == colour
-        weight = ndimage.convolve(seen, kernel, mode="mirror")
-        total = ndimage.convolve(seen * mosaic, kernel, mode="mirror")
-        colours[..., k] = total / np.maximum(weight, 1e-6)
-    return colours
+    three = colour_demosaicing().demosaicing_CFA_Bayer_bilinear(mean, frames.cfa)
+    return np.asarray(three, dtype=np.float32)

@@ -36,7 +36,7 @@ class Plan:
         frames: frames in a group.
         groups: groups of each shot.
         key: labels of the shots that choose and fit, with every other group of theirs.
-        other: labels of the shots that only score.
+        other: labels of the shots that are not looked at: they would show the same again.
         unused: labels of the shots with too few frames.
     """
 

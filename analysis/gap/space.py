@@ -84,7 +84,7 @@ class Space:
         """A difference as one vector of coordinates."""
         return np.concatenate([self.figures(figures), self.blocks(means)])
 
-    def of(self, seen: Observation, groups: slice) -> Floats:
+    def of(self, seen: Observation, groups: slice = slice(None)) -> Floats:
         """A capture's difference from what is expected."""
         return self.vector(
             seen.figures[groups].mean(axis=0) - self.expected_figures,

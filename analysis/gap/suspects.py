@@ -40,13 +40,11 @@ class Signature:
     Attributes:
         effect: with its parameters.
         figures, means: differences from the base.
-        one_by_one: differences of the figures for each set of random numbers.
     """
 
     effect: Effect
     figures: Floats
     means: Floats
-    one_by_one: Floats
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,26 +113,16 @@ def signature(
         for seed in seeds
     ]
     figures, means = agreed(before, after)
-    return Signature(
-        effect=effect,
-        figures=figures,
-        means=means,
-        one_by_one=np.array(
-            [(a.figures - b.figures).mean(axis=0) for b, a in zip(before, after, strict=True)]
-        ),
-    )
+    return Signature(effect=effect, figures=figures, means=means)
 
 
-def hold(
-    shown: Signature, turned: Calibration, left: Floats, gap: Floats | None = None
-) -> Evidence:
+def hold(shown: Signature, turned: Calibration, left: Floats) -> Evidence:
     """A signature against what is left of a capture.
 
     Args:
         shown: the signature.
         turned: the calibrated space.
         left: what is left of the capture there.
-        gap: unused coordinates masked out of the score, where given.
     """
     vector = turned.space.vector(shown.figures, shown.means)
     remains = turned.left(vector)
@@ -183,9 +171,7 @@ def starts(kind: type[Effect]) -> list[Effect]:
     for p in strengths(kind):
         # a parameter that is off by default is a direction of its own
         if not p.whole and p.default == p.identity:
-            step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum), 0.2 + abs(p.default))
-            if p.unit == "cm":
-                step = 3.0
+            step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum))
             alone = {q.name: q.identity for q in strengths(kind)} | {p.name: p.default + step}
             made.append(kind(**alone))
     return made
@@ -204,3 +190,12 @@ def scaled(effect: Effect, factor: float) -> Effect:
             moved = p.identity + factor * (value - p.identity)
         values[p.name] = float(np.clip(moved, p.minimum, p.maximum))
     return dataclasses.replace(effect, **values)
+
+
+def response_of(tried: Sequence[tuple[float, float]], before: float) -> float:
+    """Power of the strength with which a signature grows, from the last two tries."""
+    (f1, a1), (f2, a2) = tried[-2:]
+    if min(f1 * f2, a1, a2) <= 0 or abs(np.log(f2 / f1)) < 0.3:
+        return before  # too near each other to tell
+    # the signature at f2 is a1 / a2 times that at f1
+    return float(np.clip(np.log(a1 / a2) / np.log(f2 / f1), 0.8, 2.5))

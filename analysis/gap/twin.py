@@ -45,10 +45,8 @@ def twin(
     *,
     effects: Sequence[Effect] = (),
     seed: int = 0,
-    groups: int = 1,
-    rates: Mapping[str, Rate] | None = None,
 ) -> Observation:
-    """One simulated capture, looked at.
+    """One simulated capture, a group of frames of each shot, looked at.
 
     The same seed gives the same random numbers, so that two twins differ by what is different in
     their cameras. Each seed is a camera body of its own.
@@ -58,12 +56,10 @@ def twin(
         base: the calibrated camera.
         effects: what it has besides.
         seed: of everything random.
-        groups: groups of frames of each shot.
-        rates: light that takes the place of the scenery's.
     """
     camera = camera_of(base, scenery.body).plus(*effects).with_body(seed)
-    lit = electrons(base, scenery.light.rates if rates is None else rates)
-    return observe(_stacks(camera, scenery, lit, seed, groups), scenery.view)
+    lit = electrons(base, scenery.light.rates)
+    return observe(_stacks(camera, scenery, lit, seed), scenery.view)
 
 
 def electrons(base: Base, rates: Mapping[str, Rate]) -> dict[str, Rate]:
@@ -78,16 +74,13 @@ def electrons(base: Base, rates: Mapping[str, Rate]) -> dict[str, Rate]:
 
 
 def _stacks(
-    camera: Camera, scenery: Scenery, rates: Mapping[str, Rate], seed: int, groups: int
+    camera: Camera, scenery: Scenery, rates: Mapping[str, Rate], seed: int
 ) -> Iterator[Stack]:
-    size = scenery.view.frames
+    """One group of frames of each shot."""
+    frames = range(scenery.view.frames)
     for shot in scenery.shots:
-        taken = []
-        for k in range(groups):
-            span = range(k * size, (k + 1) * size)
-            signal = simulate(camera, shot, rates, seed=seed, frames=span)
-            taken.append(pixels_of(camera, signal))
-        yield shot.label, not shot.dark, taken
+        signal = simulate(camera, shot, rates, seed=seed, frames=frames)
+        yield shot.label, not shot.dark, [pixels_of(camera, signal)]
 
 
 def shots_of(shots: Sequence[Shot]) -> tuple[Shot, ...]:

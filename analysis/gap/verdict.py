@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from analysis.gap.attribute import Candidate
+from analysis.gap.case import Candidate
+from analysis.gap.report import Gap
 
 SIGNIFICANCE = 0.05
 """A gap that chance makes more often is none."""
@@ -23,6 +24,9 @@ MARGIN = 9.0
 LEAST_SHRINK = 0.8
 CLASS_SIZE = 2
 """Names that may stand beside the one given."""
+
+MOST_OF_A_CROWD = 0.45
+"""Probability of one of more suspects than may be named together: likelier not than so."""
 
 EQUIVALENT = 0.9
 """Part of a signature that calibration takes up, from which an effect counts as calibrated."""
@@ -46,14 +50,12 @@ class Choice:
         alike: others that the frames cannot tell from it, at most two.
         probability: that it is the one.
         by_name: the same for every candidate.
-        ambiguous: more suspects fit than may be named together.
     """
 
     best: Candidate
     alike: tuple[Candidate, ...]
     probability: float
     by_name: dict[str, float]
-    ambiguous: bool
 
 
 def p_of_best(candidates: Sequence[Candidate]) -> float:
@@ -82,12 +84,12 @@ def choose(candidates: Sequence[Candidate], fits: bool = True) -> Choice | None:
     margin = MARGIN if fits else max(MARGIN, MISFIT_MARGIN * best.score)
     rivals = [c for c in candidates[1:] if c.score > best.score - margin]
     by_name = probabilities(candidates, fits)
+    most = 1.0 if len(rivals) <= CLASS_SIZE else MOST_OF_A_CROWD
     return Choice(
         best=best,
         alike=tuple(rivals[:CLASS_SIZE]),
-        probability=by_name[best.name],
+        probability=min(most, by_name[best.name]),
         by_name=by_name,
-        ambiguous=len(rivals) > CLASS_SIZE,
     )
 
 
@@ -102,20 +104,18 @@ def probabilities(candidates: Sequence[Candidate], fits: bool = True) -> dict[st
     return dict(zip((c.name for c in candidates), (weights / weights.sum())[:-1], strict=True))
 
 
-def verdict(effects: int, p_before: float, p_after: float, shrink: float, at_floor: bool) -> str:
+def verdict(effects: int, gap: Gap) -> str:
     """The word of the report.
 
     Args:
         effects: number of effects that were added.
-        p_before, p_after: chance of the gap without and with them.
-        shrink: part of the gap that they close.
-        at_floor: whether the gap is too small for shrink to mean anything.
+        gap: without and with them.
     """
     if effects == 0:
-        return "matched" if p_before >= SIGNIFICANCE else "unexplained"
-    if p_after >= SIGNIFICANCE:
+        return "matched" if gap.p_value_before >= SIGNIFICANCE else "unexplained"
+    if gap.p_value_after >= SIGNIFICANCE:
         return "explained"
-    return "partly explained" if at_floor or shrink >= LEAST_SHRINK else "unexplained"
+    return "partly explained" if gap.at_floor or gap.shrink >= LEAST_SHRINK else "unexplained"
 
 
 SEPARATED_BY: tuple[tuple[frozenset[str], str], ...] = (

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.base import Base
-from analysis.gap.diagnose import Diagnosis, diagnose, look, measured
+from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.fit import around
+from analysis.gap.measured import measured
 from analysis.gap.nuisance import Directions
+from analysis.gap.setting import look
 from analysis.gap.suspects import strengths
 from analysis.gap_bench.cases import Case
 from analysis.gap_bench.draw import capture_of, effects_of
@@ -141,7 +143,7 @@ def unfitted(
     setting = look(capture, light)
     assert setting is not None, "the bench takes enough frames"
     known = off_by_a_little(base_of(camera, list(light)), number)
-    fit = around(known, setting.scenery, setting.seen.groups)
+    fit = around(known, setting.scenery)
     fixed = dataclasses.replace(fit, ways=nothing(fit.ways))
     return measured(fixed, setting.seen).whole.p_value
 

@@ -105,7 +105,7 @@ def known_limits(place: Place, images: Mapping[str, RateImage], say: Say) -> dic
         shots = [f.shot for f in capture.frames if f.shot.label in chosen.key]
         panels = light_of(capture, images, camera.black_dn).panels
         scenery = scenery_of(camera, shots, rates, panels, chosen.frames)
-        known = around(base_of(camera, list(rates)), scenery, chosen.groups)
+        known = around(base_of(camera, list(rates)), scenery)
         for name in missing:
             say(f"detection limit of {name}")
             found |= limits(known, chosen.groups, [effect(name)])

@@ -96,7 +96,7 @@ def recommend(
     scenery = scenery_of(small, shots, rates, first.header.panels)
     extra = tuple(effect for effect in camera.effects if not effect.base)
     watch("base camera")
-    known = around(base_of(small, list(rates)), scenery, SEARCHED, extra)
+    known = around(base_of(small, list(rates)), scenery, extra)
     has = {effect.name for effect in extra}
     kinds = catalogue().values() if kinds is None else kinds
     wanted = [kind for kind in kinds if not kind.base and kind.name not in has]

@@ -60,7 +60,7 @@ def answer(report: GapReport) -> str:
     else:
         low, high = gap.shrink_ci
         text += (
-            f" On frames that took no part in the search the gap shrinks by {gap.shrink:.0%}"
+            f" On the half of the frames that did not fit it the gap shrinks by {gap.shrink:.0%}"
             f" ({low:.0%} to {high:.0%})."
         )
     if report.verdict == "partly explained":
@@ -209,13 +209,14 @@ def _bars(title: str, values: dict[str, float], label: str) -> str:
 def _pictures(found: Diagnosis) -> Section:
     """Real, simulated, and their difference; and the spectrum of the noise along the rows."""
     assert found.setting is not None
-    report = found.report
+    assert found.trail is not None
+    report, models = found.report, found.trail.models
     labels = [p.shot for p in report.where] or list(found.setting.plan.key)
     label = next(name for name in labels if name in found.setting.plan.key)
     real = next(f for f in found.setting.capture.frames if f.shot.label == label)
     frames = found.setting.plan.frames
-    before = _simulated(found.models[0], label, frames)
-    after = _simulated(found.models[-1], label, frames)
+    before = _simulated(models[0], label, frames)
+    after = _simulated(models[-1], label, frames)
     taken = np.asarray(real.dn[:frames])
     top = max(float(np.percentile(taken[0], 99.9)), 1.0)
     cells = [
@@ -223,7 +224,7 @@ def _pictures(found: Diagnosis) -> Section:
         ("simulated, base", _shown(before[0], top)),
         ("difference of means, base", _difference(taken, before)),
     ]
-    if len(found.models) > 1:
+    if len(models) > 1:
         cells += [
             ("simulated, with the effect", _shown(after[0], top)),
             ("difference of means, with it", _difference(taken, after)),
@@ -240,7 +241,7 @@ def _pictures(found: Diagnosis) -> Section:
             f" up to {SHOWN_SIGMA:g} standard deviations either side of grey.",
         ),
         interactive=f'<div class="pictures three pixels">{body}</div>',
-        svgs=[_spectra(real, taken, before, after if len(found.models) > 1 else None)],
+        svgs=[_spectra(real, taken, before, after if len(models) > 1 else None)],
         caption="Power of the green channel's noise along the rows: dots the real frames, blue the"
         " base, red with the effect.",
     )

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sensor.demosaicers import colour_demosaicing
 from sensor.effect import Effect, Stage, parameter
 from sensor.errors import CameraError
 from sensor.signal import Signal
@@ -79,18 +77,11 @@ Fill = Callable[[NDArray[np.float32], str, int], NDArray[Any]]
 
 
 def _malvar(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:
-    return np.asarray(_library().demosaicing_CFA_Bayer_Malvar2004(mosaic, cfa))
+    return np.asarray(colour_demosaicing().demosaicing_CFA_Bayer_Malvar2004(mosaic, cfa))
 
 
 def _menon(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:
-    return np.asarray(_library().demosaicing_CFA_Bayer_Menon2007(mosaic, cfa))
-
-
-def _library() -> ModuleType:
-    with warnings.catch_warnings():
-        # version 0.2.7 imports scipy.ndimage.filters, a name that SciPy is about to retire
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return importlib.import_module("colour_demosaicing")
+    return np.asarray(colour_demosaicing().demosaicing_CFA_Bayer_Menon2007(mosaic, cfa))
 
 
 def _edge_aware(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:

@@ -1,0 +1,176 @@
+"""Follow one suspect: its strength, its shape, and the base along with them, by twins."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from analysis.gap.base import Base
+from analysis.gap.case import Candidate, Case, candidate, vector
+from analysis.gap.fit import SEEDS, refine, turn
+from analysis.gap.nuisance import free_parameters, step_of
+from analysis.gap.observe import Observation
+from analysis.gap.suspects import Evidence, Signature, response_of, scaled, signature, signed
+from sensor.effect import Effect, Parameter
+
+FINAL_SEEDS = tuple(range(SEEDS[0], SEEDS[0] + 3))
+"""Random numbers with which finalists are simulated: their noise is then below that of frames."""
+
+STRENGTH_ROUNDS = 2
+CLOSE = 0.03
+WORTH_A_SHAPE = 6.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Try:
+    """An effect and a base fitted together, and what they leave of the capture."""
+
+    effect: Effect
+    base: Base
+    shown: Signature
+    chi2: float
+
+
+def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Candidate:
+    """The strength, then the shape, then the strength again, the base along with them."""
+    turned, space = case.fitting.turned, case.fitting.turned.space
+
+    def attempt(effect: Effect, base: Base) -> _Try:
+        shown = signature(
+            effect,
+            case.known,
+            others=case.known.effects,
+            base=base,
+            seeds=FINAL_SEEDS,
+            references=many,
+        )
+        assert shown is not None, "the suspect has been simulated before"
+        left = turned.left(case.fit_gap - vector(space, shown))
+        return _Try(effect=effect, base=base, shown=shown, chi2=float(left @ left))
+
+    response = 1.5
+
+    def strengthened(start: _Try) -> _Try:
+        """The strength by its own signature, again and again."""
+        nonlocal response
+        best = now = start
+        tried = [(1.0, _amount(case, now.shown))]
+        for _ in range(STRENGTH_ROUNDS):
+            amount = tried[-1][1]
+            if amount <= 0 or (abs(amount - 1) < CLOSE and len(tried) > 1):
+                break
+            factor = tried[-1][0] * float(np.clip(amount ** (1 / response), 0.2, 5.0))
+            effect = scaled(start.effect, factor)
+            # what the base has moved already is in the vector
+            left = turned.amounts(case.fit_gap - amount * vector(space, now.shown))
+            now = attempt(effect, turn(now.base, case.known.ways, left))
+            tried.append((factor, _amount(case, now.shown)))
+            response = response_of(tried, response)
+            best = min(best, now, key=lambda one: one.chi2)
+        return best
+
+    best = strengthened(_numbered(attempt, attempt(found.effect, case.known.base)))
+    best = _balanced(case, best, response, attempt)
+    free = free_parameters(best.effect)
+    if len(free) > 1:
+        shaped = _reshaped(case, best, free, attempt)
+        if shaped.chi2 < best.chi2 - WORTH_A_SHAPE:
+            best = strengthened(shaped)
+    if best.chi2 > MISFIT * float(case.fitting.spread.expected.sum()):
+        # the base has come far from where its directions were read: it is calibrated anew
+        effects = (*case.known.effects, best.effect)
+        base = refine(best.base, case.fit_seen, case.known.scenery, effects, steps=2)
+        best = min(best, strengthened(attempt(best.effect, base)), key=lambda one: one.chi2)
+    return candidate(case, best.shown, best.base, found.absorbed)
+
+
+MISFIT = 1.3
+"""Part of the expected chi-squared beyond which a fit is gone over once more."""
+
+LONG = 10
+"""Whole numbers beyond this many are a scale, not a choice."""
+
+
+def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:
+    """Climb along a parameter that is a long range of whole numbers, by halving steps."""
+    for p in now.effect.parameters():
+        if not p.whole or p.maximum - p.minimum < LONG:
+            continue
+        step = 6.0
+        while step >= 1.0:
+            better = now
+            for by in (-step, step):
+                value = float(np.clip(getattr(now.effect, p.name) + by, p.minimum, p.maximum))
+                tried = attempt(
+                    dataclasses.replace(now.effect, **{p.name: float(round(value))}), now.base
+                )
+                better = min(better, tried, key=lambda one: one.chi2)
+            step = step / 2 if better is now else step
+            now = better
+    return now
+
+
+def _balanced(
+    case: Case, now: _Try, response: float, attempt: Callable[[Effect, Base], _Try]
+) -> _Try:
+    """The strengths of an effect that has several, each by its own signature."""
+    active = [p for p in free_parameters(now.effect) if p.identity is not None]
+    if len(active) < 2:
+        return now
+    turned, space = case.fitting.turned, case.fitting.turned.space
+    columns = []
+    for p in active:
+        alone = {q.name: q.identity for q in active if q.name != p.name}
+        shown = attempt(dataclasses.replace(now.effect, **alone), now.base).shown
+        columns.append(turned.left(vector(space, shown)))
+    matrix = np.array(columns).T
+    if np.linalg.norm(matrix, axis=0).min() < WORTH_A_SHAPE**0.5:
+        return now  # one is nothing without the other
+    least = 0.05 if not signed(type(now.effect)) else -4.0
+    amounts = lsq_linear(matrix, case.fit_left, bounds=(least, 16.0)).x
+    values = {}
+    for p, amount in zip(active, amounts, strict=True):
+        factor = float(np.sign(amount) * abs(amount) ** (1 / response))
+        identity = p.identity or 0.0
+        moved = identity + factor * (getattr(now.effect, p.name) - identity)
+        values[p.name] = float(np.clip(moved, p.minimum, p.maximum))
+    return min(now, attempt(dataclasses.replace(now.effect, **values), now.base),
+               key=lambda one: one.chi2)  # fmt: skip
+
+
+def _reshaped(
+    case: Case,
+    now: _Try,
+    free: list[Parameter],
+    attempt: Callable[[Effect, Base], _Try],
+) -> _Try:
+    """One Gauss-Newton step of all parameters of an effect."""
+    turned, space = case.fitting.turned, case.fitting.turned.space
+    current = vector(space, now.shown)
+    wider = [3.0 if p.identity is None else 1.0 for p in free]
+    steps = np.array([step_of(now.effect, p) for p in free]) * wider
+    columns = []
+    for p, by in zip(free, steps, strict=True):
+        moved = dataclasses.replace(now.effect, **{p.name: getattr(now.effect, p.name) + float(by)})
+        columns.append((vector(space, attempt(moved, now.base).shown) - current) / by)
+    matrix = turned.left(np.array(columns))
+    # a parameter that hardly shows stays near where it is
+    widths = 2.0 * np.abs(steps)
+    square = matrix @ matrix.T + np.diag(1.0 / widths**2)
+    amounts = np.linalg.solve(square, matrix @ turned.left(case.fit_gap - current))
+    values = {
+        p.name: float(np.clip(getattr(now.effect, p.name) + by, p.minimum, p.maximum))
+        for p, by in zip(free, np.clip(amounts, -widths, widths), strict=True)
+    }
+    return attempt(dataclasses.replace(now.effect, **values), now.base)
+
+
+def _amount(case: Case, shown: Signature) -> float:
+    """How many times a signature is in the frames that fit."""
+    direction = case.fitting.turned.left(vector(case.fitting.turned.space, shown))
+    norm = float(direction @ direction)
+    return float(direction @ case.fit_left) / norm if norm > 0 else 0.0

@@ -1,0 +1,99 @@
+"""A capture made ready to be diagnosed: which frames, under which light, and what they show."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.base import Body
+from analysis.gap.calibrate import black_of
+from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
+from analysis.gap.light import light_of
+from analysis.gap.observe import BLOCKS_DOWN, Observation, View, observe
+from analysis.gap.shots import Plan, groups_of, plan
+from analysis.gap.twin import Scenery, exposure_of, shots_of
+from render.rate import RateImage
+from sensor.frames import Capture
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setting:
+    """A capture made ready: its plan, its light, and what was seen of its key shots."""
+
+    capture: Capture
+    plan: Plan
+    scenery: Scenery
+    seen: Observation
+    black_dn: float
+
+
+def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
+    """Everything that is known of a capture before any model; None where it has too few frames."""
+    chosen = plan(capture)
+    if chosen is None:
+        return None
+    lattices = lattices_of(capture)
+    first = capture.frames[0]
+    down = (min(first.height, first.width * 3 // 4) - 2 * BORDER_PX) // lattices[0].step
+    view = View(
+        lattices=lattices,
+        frames=chosen.frames,
+        side=max(1, -(-down // BLOCKS_DOWN)),
+        top_dn=first.top_dn,
+    )
+    keys = [f for f in capture.frames if f.shot.label in chosen.key]
+    black_dn = _black(capture)
+    cfa = first.cfa or _cfa(lattices)
+    scenery = Scenery(
+        body=Body.of(first, cfa, capture.camera),
+        light=light_of(capture, stated, black_dn),
+        shots=shots_of([f.shot for f in keys]),
+        view=view,
+    )
+    stacks = ((f.shot.label, not f.shot.dark, groups_of(f, chosen)) for f in keys)
+    return Setting(
+        capture=capture,
+        plan=chosen,
+        scenery=scenery,
+        seen=observe(stacks, view),
+        black_dn=black_dn,
+    )
+
+
+def _black(capture: Capture) -> float:
+    darks = {f.shot.exposure_s: float(np.mean(f.dn[:4])) for f in capture.darks}
+    lit: dict[float, list[float]] = {}
+    for f in capture.lit:
+        lit.setdefault(exposure_of(f.shot), []).append(float(np.mean(f.dn[:4])))
+    return black_of(darks, lit)
+
+
+def _cfa(lattices: Sequence[Lattice]) -> str:
+    names = [lattice.channel for lattice in lattices]
+    return "".join(names) if len(names) == 4 else "GGGG" if names == ["Y"] else "RGGB"
+
+
+def halves(seen: Observation) -> tuple[Observation, Observation]:
+    """The groups that fit, and those that score: every other one."""
+    return _part(seen, slice(0, None, 2)), _part(seen, slice(1, None, 2))
+
+
+def _part(seen: Observation, groups: slice) -> Observation:
+    return dataclasses.replace(seen, figures=seen.figures[groups], means=seen.means[groups])
+
+
+def too_little(capture: Capture) -> str | None:
+    """What makes a capture useless; None where nothing does."""
+    lit = capture.lit
+    if lit and all(float((f.dn[0] >= f.top_dn).mean()) > 0.5 for f in lit):
+        return "every lit shot is saturated in more than half of its pixels"
+    first = [np.asarray(f.dn[: min(2, f.count)]) for f in capture.frames]
+    if all(int(np.ptp(dn)) == 0 for dn in first):
+        return "all frames are of one value: there is neither a picture nor noise in them"
+    if lit and all(int(dn.max()) == 0 for f, dn in zip(capture.frames, first, strict=True)
+                   if not f.shot.dark):  # fmt: skip
+        return "every lit shot is black"
+    return None
