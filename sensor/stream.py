@@ -1,9 +1,9 @@
 """Random numbers as an argument: counter-based, one stream per (seed, effect, shot, frame).
 
 Frame k gets the same numbers alone, in a batch, on one machine or on many, and adding an effect
-leaves every other effect's numbers alone. With a JIT backend the numbers come from Dr.Jit's
-Philox 4x32 inside the fused kernel; on the scalar backend from NumPy's Philox, which is some
-twenty times faster there than Dr.Jit's scalar loop. The two are equal in distribution.
+leaves every other effect's numbers alone. With a JIT backend the numbers come from Philox 4x32
+inside the fused kernel; on the scalar backend from NumPy's Philox, which is some twenty times
+faster there than a scalar loop of Dr.Jit. The two are equal in distribution.
 
 Reference: Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011.
 """
@@ -19,6 +19,8 @@ import drjit as dr
 import numpy as np
 
 from foundation.backend import Backend
+from sensor.box_muller import normals
+from sensor.philox import Words, fractions, words
 from sensor.poisson import poisson_count
 
 
@@ -80,13 +82,13 @@ class Stream:
         """Standard normal numbers: a tensor (F, *shape)."""
         if not self.backend.jit:
             return self._numpy(lambda g: g.standard_normal(shape, dtype=np.float32), use)
-        return self._tensor(self._philox(shape, use).next_float32x4_normal(), shape)
+        return self._tensor(normals(self._words(shape, use)), shape)
 
     def uniform(self, *shape: int, use: str = "") -> Any:
         """Numbers uniform in [0, 1): a tensor (F, *shape)."""
         if not self.backend.jit:
             return self._numpy(lambda g: g.random(shape, dtype=np.float32), use)
-        return self._tensor(self._philox(shape, use).next_float32x4(), shape)
+        return self._tensor(fractions(self._words(shape, use)), shape)
 
     def poisson(self, mean: Any, use: str = "") -> Any:
         """Poisson counts with the given means: a tensor (1 or F, *shape) to one (F, *shape).
@@ -105,19 +107,20 @@ class Stream:
         means = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
         return type(mean)(poisson_count(means, normal.array, least), normal.shape)
 
-    def _philox(self, shape: tuple[int, ...], use: str) -> Any:
-        """A generator whose every lane makes four neighbouring numbers of a frame."""
+    def _words(self, shape: tuple[int, ...], use: str) -> Words:
+        """Random words; every lane makes those of four neighbouring numbers of a frame."""
         arrays = self.backend.arrays
         lanes = -(-math.prod(shape) // 4)
         lane = dr.arange(arrays.UInt32, lanes * len(self.frames))
         frame = lane // lanes
         start = dr.opaque(arrays.UInt32, self.frames.start % 2**32)
         key = dr.opaque(arrays.UInt64, self.key(use))
-        return arrays.Philox4x32(key, lane - frame * lanes, start + frame)
+        return words(key, lane - frame * lanes, start + frame)
 
-    def _tensor(self, fours: Any, shape: tuple[int, ...]) -> Any:
+    def _tensor(self, fours: list[Any], shape: tuple[int, ...]) -> Any:
         size = math.prod(shape)
-        whole = self.backend.arrays.TensorXf(dr.ravel(fours), (len(self.frames), -(-size // 4) * 4))
+        flat = dr.ravel(self.backend.arrays.Array4f(*fours))
+        whole = self.backend.arrays.TensorXf(flat, (len(self.frames), -(-size // 4) * 4))
         flat = whole.array if size % 4 == 0 else whole[:, :size].array
         return self.backend.arrays.TensorXf(flat, (len(self.frames), *shape))
 

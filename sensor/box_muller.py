@@ -1,0 +1,79 @@
+"""Two independent standard normal numbers from two random words, by the Box-Muller transform.
+
+    n_1 = r cos(theta),  n_2 = r sin(theta),  r = sqrt(-2 ln u),  theta = 2 pi v
+
+u in (0, 1] has 32 bits, so that numbers reach 6.7 standard deviations. Logarithm, sine and cosine
+are polynomials for just the range that occurs, without the cases of a library's: half the time.
+Each is right to 2e-7, a few roundings of a float32.
+
+Reference: Box and Muller, "A note on the generation of random normal deviates", 1958.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from sensor.philox import Words
+
+_ROOT_HALF = 0x3F3504F3
+"""sqrt(1/2) as the bits of a float32: where the mantissa's range is cut."""
+
+
+def normals(four: Words) -> list[Any]:
+    """Four standard normal numbers from four words."""
+    return [*_pair(four[0], four[2]), *_pair(four[1], four[3])]
+
+
+def _pair(turn: Any, height: Any) -> tuple[Any, Any]:
+    kind: Any = type(turn)
+    number: Any = dr.float32_array_t(kind)
+    signed: Any = dr.int32_array_t(kind)
+    bits: Any = dr.reinterpret_array
+    logarithm, sine, cosine = _polynomials()
+
+    # u = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2)
+    u = dr.fma(number(~height), number(2.0**-32), number(2.0**-33))
+    above = bits(signed, u) - _ROOT_HALF
+    f = bits(number, (above & 0x7FFFFF) + _ROOT_HALF) - 1.0
+    ln_part = f * _horner(logarithm, f)
+    r = dr.sqrt(dr.fma(number(above >> 23), number(-2.0 * math.log(2.0)), ln_part))
+
+    # theta = pi/2 t, plus pi where the upper two bits of v differ: both numbers change their sign
+    double = turn << 1
+    r = bits(number, bits(kind, r) ^ ((turn ^ double) & 0x80000000))
+    t = number(bits(signed, double)) * 2.0**-31
+    square = t * t
+    return r * _horner(cosine, square), r * t * _horner(sine, square)
+
+
+def _horner(coefficients: tuple[float, ...], x: Any) -> Any:
+    kind: Any = type(x)
+    total = kind(coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        total = dr.fma(total, x, kind(coefficient))
+    return total
+
+
+@cache
+def _polynomials() -> tuple[tuple[float, ...], ...]:
+    """Coefficients from the constant up.
+
+    -2 ln(1+f)/f in f, sin(pi t/2)/t in t^2, cos(pi t/2) in t^2: interpolated at Chebyshev nodes,
+    which is within a small factor of the best polynomial there is.
+    """
+    low, high = math.sqrt(0.5) - 1.0, math.sqrt(2.0) - 1.0
+    return (
+        _interpolated(lambda f: -2.0 * np.log1p(f) / f, low, high, 8),
+        _interpolated(lambda x: np.sin(np.pi / 2 * np.sqrt(x)) / np.sqrt(x), 0.0, 1.0, 4),
+        _interpolated(lambda x: np.cos(np.pi / 2 * np.sqrt(x)), 0.0, 1.0, 5),
+    )
+
+
+def _interpolated(function: Any, low: float, high: float, degree: int) -> tuple[float, ...]:
+    series = np.polynomial.Chebyshev.interpolate(function, degree, domain=[low, high])
+    return tuple(float(c) for c in series.convert(kind=np.polynomial.Polynomial).coef)
