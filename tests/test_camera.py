@@ -144,6 +144,43 @@ def test_bilinear_demosaicing_keeps_samples_planes_and_the_noise_ratios(where: s
     assert_agree(spread, expected, 0.75 / math.sqrt(2 * 23 * pixels / 4))
 
 
+HALVES = {1: lambda mean: np.floor(mean + 0.5), 2: np.round, 3: np.floor}
+
+
+@pytest.mark.parametrize("arithmetic", HALVES)
+@pytest.mark.parametrize("where", BACKENDS)
+def test_a_demosaicer_in_whole_numbers_rounds_twice(where: str, arithmetic: int) -> None:
+    """Each mean is that of whole neighbours, with halves sent where the rule says; one in fractions
+    rounds the mean of what was never rounded, and one that rounds otherwise differs as well."""
+    common = {"pixels": "rgb8", "bits": 8, "gain_dn_per_e": Colours.of(1.0), "black_dn": 0.0}
+    raw = np.random.default_rng(arithmetic).uniform(3.0, 250.0, (SIDE, SIDE)).astype(np.float32)
+    light = {"lamp": np.repeat(raw[..., None], 3, axis=2)}
+    shot = dataclasses.replace(LIT, exposure_s=1.0, frames=1)
+
+    def frame(rule: int) -> np.ndarray:
+        cam = camera(Demosaic(arithmetic=float(rule)), Quantization(), **common)
+        return pixels_of(cam, simulate(cam, shot, light, where=backend(where)))[0].astype(float)
+
+    whole, red = np.round(raw.astype(float)), frame(arithmetic)[..., 0]
+    beside = (whole[::2, :-2:2] + whole[::2, 2::2]) / 2
+    corner = (beside[:-1] + beside[1:]) / 2
+    assert np.array_equal(red[::2, 1:-1:2], HALVES[arithmetic](beside))
+    assert np.array_equal(red[1:-1:2, 1:-1:2], HALVES[arithmetic](corner))
+    assert np.array_equal(red[::2, ::2], whole[::2, ::2])
+    for other in {0, 1, 2, 3} - {arithmetic}:
+        assert not np.array_equal(red, frame(other)[..., 0])
+
+
+def test_the_part_of_dark_current_that_is_shown_moves_the_mean_and_nothing_else() -> None:
+    """gain x shown x t in the mean, and the variance of the whole dark charge as before."""
+    seen = {}
+    for shown in (0.0, 3000.0):
+        cam = camera(DarkShot(current_e_per_s=5000.0, shown_e_per_s=shown), PhotonShot())
+        seen[shown] = dn(cam, shot=dataclasses.replace(LIT, light=("none",), exposure_s=0.1))
+    moved = seen[3000.0] - seen[0.0]
+    assert np.allclose(moved, GAIN * 300.0, atol=1e-3)
+
+
 @pytest.mark.parametrize("where", BACKENDS)
 def test_quantization_rounds_to_the_nearest_and_clips(where: str) -> None:
     cam = camera(Quantization(), gain_dn_per_e=Colours.of(1.0), black_dn=0.0)

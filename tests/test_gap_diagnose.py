@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from analysis.gap.diagnose import Diagnosis, diagnose
+from analysis.gap.diagnose import Diagnosis, calibrated, diagnose
+from analysis.gap.measured import measured
+from analysis.gap.setting import look
 from camtruth.report.gap import answer, page
 from render.rate import RateHeader, RateImage, rate_image
 from sensor.camera import Camera
@@ -19,7 +21,7 @@ from sensor.colours import Colours
 from sensor.effects.read_noise import ReadNoise
 from sensor.effects.row_noise import RowNoise
 from sensor.errors import CaptureError
-from sensor.frames import Capture
+from sensor.frames import Capture, Frames
 from sensor.protocol import Protocol, Shot
 from sensor.record import record
 
@@ -83,6 +85,53 @@ def test_a_camera_like_the_model_is_matched() -> None:
     read = found.report.calibration["read"]["G"]
     assert read.se is not None
     assert abs(read.value - 30.0 * 0.02) < 5 * read.se
+
+
+def another_program(rate: np.ndarray, shot: Shot, *, whole: bool) -> np.ndarray:
+    """The frames of a camera of equation (1) that is written in NumPy and shares no line with ours:
+    gain 0.02 DN/e-, read noise 30 e-, and dark current that moves the mean."""
+    rng = np.random.default_rng([len(shot.label), int(whole)])
+    body = np.random.default_rng(99)
+    prnu = 1 + 0.01 * body.normal(size=(HEIGHT, WIDTH))
+    fpn = 8.0 * body.normal(size=(HEIGHT, WIDTH))
+    red, green, blue = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
+    red[::2, ::2] = green[::2, 1::2] = green[1::2, ::2] = blue[1::2, 1::2] = 1
+    masks = (red, green, blue)
+    level = 0.0 if shot.dark else shot.level[0]
+    light = sum(rate[..., c] * masks[c] for c in range(3)) * level
+    frames = []
+    for _ in range(shot.frames):
+        charge = rng.poisson((light * prnu + 400.0) * shot.exposure_s)
+        dn = 0.02 * (charge + fpn + 30.0 * rng.normal(size=charge.shape)) + 6.3
+        raw = np.clip(np.round(dn), 0, 255) if whole else dn
+        planes = []
+        for mask in masks:
+            cross = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]]) / 4
+            square = np.array([[1, 2, 1], [2, 4, 2], [1, 2, 1]]) / 4
+            kernel = cross if mask is green else square
+            planes.append(ndimage.convolve(raw * mask, kernel, mode="mirror"))
+        frames.append(np.clip(np.round(np.stack(planes, axis=-1)), 0, 255))
+    return np.array(frames, dtype=np.uint8)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
+    """It may count in whole numbers or in fractions, and its clamp may follow nothing: no gap."""
+    stacks = tuple(
+        Frames(
+            dn=another_program(light().rate_e_per_s, shot, whole=whole),
+            shot=shot,
+            pixels="rgb8",
+            bits=8,
+            cfa="RGGB",
+        )
+        for shot in (*PROTOCOL.shot, Shot(label="long dark", exposure_s=0.2, frames=16))
+    )
+    setting = look(Capture(camera="another", frames=stacks), {"lamp": light()})
+    assert setting is not None
+    assert setting.scenery.body.arithmetic == (2 if whole else 0)
+    found = measured(calibrated(setting, None), setting.seen).whole
+    assert found.p_value > 1e-3, found
 
 
 def test_an_effect_is_named_with_its_strength() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.bias.rounding import rounded
+from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.calibrate import NODES, WEIGHTS, behind_rounding
 from analysis.gap.hints import period_px
 from analysis.gap.lattices import Lattice, lattices_of, phase_of
@@ -107,6 +108,24 @@ def test_no_mosaic_is_made_up() -> None:
     shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
     capture = Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))
     assert phase_of(capture) is None
+
+
+HALVES = {1: lambda mean: np.floor(mean + 0.5), 2: np.round, 3: np.floor}
+
+
+@pytest.mark.parametrize("arithmetic", [0, *HALVES])
+def test_the_arithmetic_of_a_demosaicer_is_told_from_its_frames(arithmetic: int) -> None:
+    """Whole numbers with each rule for halves, and fractions; all by another program's filter."""
+    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
+    raw = np.random.default_rng(7).normal(60, 1.5, (2, 64, 64))
+    if arithmetic:
+        raw = np.round(raw)
+    filled = np.array([fill(frame, "RGGB") for frame in raw])
+    codes = HALVES.get(arithmetic, np.round)(filled).astype(np.uint8)
+    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=2)
+    frames = Frames(dn=codes, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
+    capture = Capture(camera="x", frames=(frames,))
+    assert arithmetic_of([codes], lattices_of(capture)) == arithmetic
 
 
 @pytest.mark.parametrize("period", [23.7, 3.3, 500.0])

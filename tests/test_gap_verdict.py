@@ -30,8 +30,9 @@ BASE = Base(
     read_dn2=np.ones(1),
     fpn_dn2=np.ones(1),
     prnu2=np.ones(1),
-    black_dn=0.0,
+    black_dn=np.zeros(1),
     dark_e_per_s=0.0,
+    shown_e_per_s=0.0,
     level={},
 )
 

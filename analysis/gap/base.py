@@ -23,6 +23,9 @@ from sensor.frames import Frames, Pixels
 Floats = NDArray[np.float64]
 
 
+MOST_DARK_E_PER_S = 9e4
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Base:
     """A calibrated camera and the level of its light.
@@ -33,8 +36,9 @@ class Base:
         read_dn2: variance of the read noise, per channel.
         fpn_dn2: variance of the fixed offsets, per channel.
         prnu2: variance of the response relative to its mean, per channel.
-        black_dn: black level.
-        dark_e_per_s: dark current that the black level does not show.
+        black_dn: black level, per channel: a gain behind the converter multiplies it too.
+        dark_e_per_s: dark current, which brings its shot noise.
+        shown_e_per_s: the part of its mean that grows in the frames with the exposure.
         level: electrons per unit of the light, by lamp, each per channel.
     """
 
@@ -43,15 +47,16 @@ class Base:
     read_dn2: Floats
     fpn_dn2: Floats
     prnu2: Floats
-    black_dn: float
+    black_dn: Floats
     dark_e_per_s: float
+    shown_e_per_s: float
     level: Mapping[str, Floats]
 
     def moved(self, name: str, channel: int | None, by: float) -> Base:
         """The base with one figure changed; variances stay above zero, `gain` and `level` factors.
 
         Args:
-            name: gain, read, fpn, prnu, dark, black, or level:LAMP.
+            name: gain, read, fpn, prnu, black, dark, shown, or level:LAMP.
             channel: index of the channel; None for all, and for figures without one.
             by: logarithm of the factor for gain and level; the addition for all others.
         """
@@ -72,11 +77,14 @@ class Base:
                     level={lamp: level / factor for lamp, level in self.level.items()},
                 )
             case "black":
-                return dataclasses.replace(self, black_dn=self.black_dn + by)
+                return dataclasses.replace(self, black_dn=self.black_dn + step)
             case "dark":
-                return dataclasses.replace(
-                    self, dark_e_per_s=float(np.clip(self.dark_e_per_s + by, 0, 9e4))
-                )
+                dark = float(np.clip(self.dark_e_per_s + by, 0, MOST_DARK_E_PER_S))
+                return dataclasses.replace(self, dark_e_per_s=dark)
+            case "shown":
+                most = MOST_DARK_E_PER_S
+                shown = float(np.clip(self.shown_e_per_s + by, -most, most))
+                return dataclasses.replace(self, shown_e_per_s=shown)
             case _:
                 field = {"read": "read_dn2", "fpn": "fpn_dn2", "prnu": "prnu2"}[name]
                 values = np.maximum(getattr(self, field) + step, 0.0)
@@ -92,10 +100,11 @@ class Body:
     pixels: Pixels
     bits: int
     cfa: str
+    arithmetic: int
     name: str
 
     @staticmethod
-    def of(frames: Frames, cfa: str, name: str) -> Body:
+    def of(frames: Frames, cfa: str, arithmetic: int, name: str) -> Body:
         """The body that took these frames."""
         return Body(
             height=frames.height,
@@ -103,6 +112,7 @@ class Body:
             pixels=frames.pixels,
             bits=frames.bits,
             cfa=cfa,
+            arithmetic=arithmetic,
             name=name,
         )
 
@@ -120,7 +130,10 @@ def camera_of(base: Base, body: Body) -> Camera:
     known = catalogue()
     values: dict[str, dict[str, float | Colours]] = {
         "prnu": {"ratio": colours(np.clip(np.sqrt(base.prnu2), 0, 0.2))},
-        "dark_shot": {"current_e_per_s": base.dark_e_per_s},
+        "dark_shot": {
+            "current_e_per_s": base.dark_e_per_s,
+            "shown_e_per_s": base.shown_e_per_s,
+        },
         "photon_shot": {},
         "fpn": {"sigma_e": colours(np.clip(np.sqrt(base.fpn_dn2) / gain, 0, 1000))},
         "read_noise": {
@@ -131,7 +144,10 @@ def camera_of(base: Base, body: Body) -> Camera:
         "quantization": {},
     }
     if body.pixels == "rgb8":
-        values["demosaic"] = {}
+        values["demosaic"] = {"arithmetic": float(body.arithmetic)}
+    black_dn = float(base.black_dn.mean())
+    if np.ptp(base.black_dn) > 0:
+        values["black_level_offset"] = {"offset_e": colours((base.black_dn - black_dn) / gain)}
     return Camera(
         name=body.name,
         width=body.width,
@@ -140,5 +156,5 @@ def camera_of(base: Base, body: Body) -> Camera:
         bits=body.bits,
         cfa=body.cfa,
         gain_dn_per_e=colours(gain),
-        black_dn=base.black_dn,
+        black_dn=black_dn,
     ).plus(*(known[name].with_parameters(figures) for name, figures in values.items()))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from analysis.bias.rounding import rounded
-from analysis.gap.base import Base
+from analysis.gap.base import MOST_DARK_E_PER_S, Base
 from analysis.gap.light import lamp_of
 from analysis.gap.observe import Observation, blocks
 from analysis.gap.twin import Scenery, exposure_of
@@ -98,6 +98,7 @@ def first_guess(
     noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
     read = np.full(count, max(0.05, 0.3 * float(noise.min())))
     fpn = np.full(count, 0.01)
+    black = np.full(count, black_dn)
     if darks:
         k = min(darks, key=lambda k: shots[seen.shots[k]].exposure_s)
         found = np.array(
@@ -111,8 +112,8 @@ def first_guess(
                 for c in range(count)
             ]
         )
-        black_dn, read, fpn = float(found[:, 0].mean()), found[:, 1], found[:, 2]
-    signal = np.maximum(mean - black_dn, 0.0)
+        black, read, fpn = found.T
+    signal = np.maximum(mean - black, 0.0)
     if nominal is not None:
         gain = np.resize(np.array(list(nominal.gain_dn_per_e)), count)
     else:
@@ -131,13 +132,26 @@ def first_guess(
         read_dn2=read,
         fpn_dn2=fpn,
         prnu2=prnu,
-        black_dn=black_dn,
+        black_dn=black,
         dark_e_per_s=0.0,
-        level=levels(seen, scenery, black_dn, gain),
+        shown_e_per_s=_shown(seen, scenery, darks, mean, gain),
+        level=levels(seen, scenery, black, gain),
     )
 
 
-def levels(seen: Observation, scenery: Scenery, black_dn: float, gain: Floats) -> dict[str, Floats]:
+def _shown(
+    seen: Observation, scenery: Scenery, darks: list[int], mean: Floats, gain: Floats
+) -> float:
+    """By how many electrons per second the darks grow with the exposure."""
+    exposures = {shot.label: shot.exposure_s for shot in scenery.shots}
+    at = np.array([exposures[seen.shots[k]] for k in darks])
+    if len(set(at)) < 2:
+        return 0.0
+    slope = np.polyfit(at, (mean[darks] / gain).mean(axis=1), 1)[0]
+    return float(np.clip(slope, -MOST_DARK_E_PER_S, MOST_DARK_E_PER_S))
+
+
+def levels(seen: Observation, scenery: Scenery, black: Floats, gain: Floats) -> dict[str, Floats]:
     """Electrons per unit of light by lamp and channel, by least squares over the block means."""
     light = light_blocks(scenery, seen)
     top = scenery.view.top_dn
@@ -151,7 +165,7 @@ def levels(seen: Observation, scenery: Scenery, black_dn: float, gain: Floats) -
                 y = seen.means[:, k, c].mean(axis=0)
                 x = light[lamp][c] * exposure_of(shot)
                 good = y < 0.97 * top
-                above[c] += float(x[good] @ (y[good] - black_dn))
+                above[c] += float(x[good] @ (y[good] - black[c]))
                 below[c] += float(x[good] @ x[good])
         per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)
         found[lamp] = np.maximum(per_unit, 1e-12) / gain

@@ -38,6 +38,13 @@ def calibration_figures(known: Fit, errors: Floats) -> dict[str, dict[str, Figur
                 error = error * value if name == "gain" else error / (2 * max(value, 1e-6))
             table[channel] = Figure(value=value, se=error, unit=UNITS[name])
         found[name] = table
-    black = Figure(value=base.black_dn, se=by_knob.get(("black", None)), unit="DN")
-    dark = Figure(value=base.dark_e_per_s, se=by_knob.get(("dark", None)), unit="e-/s")
-    return {**found, "black": {"all": black}, "dark_current": {"all": dark}}
+    found["black"] = {
+        channel: Figure(value=float(base.black_dn[c]), se=by_knob.get(("black", c)), unit="DN")
+        for c, channel in enumerate(base.channels)
+    }
+    for name, value, knob in (
+        ("dark_current", base.dark_e_per_s, "dark"),
+        ("dark_current_shown", base.shown_e_per_s, "shown"),
+    ):
+        found[name] = {"all": Figure(value=value, se=by_knob.get((knob, None)), unit="e-/s")}
+    return found

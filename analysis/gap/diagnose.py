@@ -25,6 +25,7 @@ from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect
+from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.frames import Capture
 
 Watch = Callable[[str], None]
@@ -36,7 +37,12 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     """The base camera of a capture, from the frames that fit."""
     fit_half, _ = halves(setting.seen)
     start = first_guess(fit_half, setting.scenery, nominal, setting.black_dn)
-    effects = tuple(e for e in nominal.effects if not e.base) if nominal is not None else ()
+    # the black level is calibrated, whatever the camera says of it
+    effects = tuple(
+        e
+        for e in (nominal.effects if nominal is not None else ())
+        if not e.base and not isinstance(e, BlackLevelOffset)
+    )
     base = refine(start, fit_half, setting.scenery, effects)
     return around(base, setting.scenery, effects)
 

@@ -32,6 +32,8 @@ LEVEL_PRIOR = 0.001
 
 FREE = np.inf
 
+BLACK_STEP_DN = 0.05
+
 COHERENT = 0.2
 """Correlation from which two images show the same thing."""
 
@@ -80,6 +82,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     for c in range(len(base.channels)):
         knobs.append(Knob(name="read", channel=c, step=0.3 * float(base.read_dn2[c]) + 0.003))
         knobs.append(Knob(name="fpn", channel=c, step=0.6 * float(base.fpn_dn2[c]) + 1e-3))
+        knobs.append(Knob(name="black", channel=c, step=BLACK_STEP_DN))
         if lit:
             knobs.append(Knob(name="gain", channel=c, step=0.15))
             knobs.append(Knob(name="prnu", channel=c, step=0.6 * float(base.prnu2[c]) + 5e-6))
@@ -87,10 +90,12 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
                 Knob(name=f"level:{lamp}", channel=c, step=0.02)
                 for lamp in sorted({lamp_of(s) for s in scenery.shots if not s.dark})
             ]
-    knobs.append(Knob(name="black", channel=None, step=0.05))
     if len(exposures) > 1 or lit:
         charge = 0.3 * float(np.mean(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
         knobs.append(Knob(name="dark", channel=None, step=charge / longest))
+    if len(exposures) > 1:
+        shown = BLACK_STEP_DN / float(base.gain_dn_per_e.mean())
+        knobs.append(Knob(name="shown", channel=None, step=shown / longest))
     return tuple(knobs)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.base import Body
 from analysis.gap.calibrate import black_of
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
@@ -48,7 +49,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     black_dn = _black(capture)
     cfa = first.cfa or _cfa(lattices)
     scenery = Scenery(
-        body=Body.of(first, cfa, capture.camera),
+        body=Body.of(first, cfa, arithmetic_of([f.dn for f in keys], lattices), capture.camera),
         light=light_of(capture, stated, black_dn),
         shots=shots_of([f.shot for f in keys]),
         view=view,

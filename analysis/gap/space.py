@@ -192,7 +192,7 @@ def _whitening(
 ) -> Floats:
     shots, channels, count = expected.shape
     n, bodies = twins.samples, twins.groups
-    signal = np.maximum(expected - base.black_dn, 0.0).transpose(1, 2, 0)
+    signal = np.maximum(expected - base.black_dn[:, None], 0.0).transpose(1, 2, 0)
     in_time = twins.noise.T[:, None, :] / (n * twins.frames)
     both = 1.0 + 1.0 / bodies
     covariance = np.zeros((channels, count, shots, shots))

@@ -22,6 +22,7 @@ from sensor.catalogue import effect
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.dark_shot import DarkShot
+from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
@@ -47,6 +48,9 @@ BRIGHTER = (0.8, 1.1)
 INTERVAL_S = 0.0667
 
 
+ARITHMETICS = 4
+
+
 def middle(height: int, width: int) -> Camera:
     """The camera in the middle of all ranges: detection limits are its."""
 
@@ -63,6 +67,8 @@ def middle(height: int, width: int) -> Camera:
         black_dn=float(np.mean(BLACK_DN)),
         dark_e_per_s=centre(*DARK_E_PER_S),
         brighter=float(np.mean(BRIGHTER)),
+        shown=0.0,
+        arithmetic=0,
     )
 
 
@@ -87,6 +93,8 @@ def random_camera(number: int, height: int, width: int) -> Camera:
         black_dn=even(*BLACK_DN),
         dark_e_per_s=log(*DARK_E_PER_S),
         brighter=even(*BRIGHTER),
+        shown=even(0.0, 1.0),
+        arithmetic=int(draw.integers(ARITHMETICS)),
     )
 
 
@@ -101,6 +109,8 @@ def _camera(
     black_dn: float,
     dark_e_per_s: float,
     brighter: float,
+    shown: float,
+    arithmetic: int,
 ) -> Camera:
     plain = dataclasses.replace(
         load(CAMERA).resized(height, width),
@@ -112,7 +122,8 @@ def _camera(
         Prnu(ratio=prnu),
         Fpn(sigma_e=fpn_dn / gain.G),
         ReadNoise(reset_e=0.0, other_e=0.0, thermal_e=read_dn / gain.G),
-        DarkShot(current_e_per_s=dark_e_per_s),
+        DarkShot(current_e_per_s=dark_e_per_s, shown_e_per_s=shown * dark_e_per_s),
+        Demosaic(arithmetic=float(arithmetic)),
     )
 
 

@@ -161,7 +161,7 @@ def off_by_a_little(base: Base, number: int) -> Base:
         read_dn2=off(off(base.read_dn2)),
         fpn_dn2=off(off(base.fpn_dn2)),
         prnu2=off(off(base.prnu2)),
-        black_dn=float(off(np.array(base.black_dn))),
+        black_dn=off(base.black_dn),
         dark_e_per_s=float(off(np.array(base.dark_e_per_s))),
         level={lamp: off(level) for lamp, level in base.level.items()},
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.base import Base, Body
 from analysis.gap.lattices import BORDER_PX, lattices_of
 from analysis.gap.light import Light
@@ -22,6 +23,7 @@ from scenes import scene as scenes
 from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effects.dark_shot import DarkShot
+from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
@@ -78,8 +80,9 @@ def base_of(camera: Camera, lamps: Sequence[str]) -> Base:
         read_dn2=zero if read is None else np.square(values(read.sigma_e) * gain),
         fpn_dn2=zero if fpn is None else np.square(values(fpn.sigma_e) * gain),
         prnu2=zero if prnu is None else np.square(values(prnu.ratio)),
-        black_dn=camera.black_dn,
+        black_dn=zero + camera.black_dn,
         dark_e_per_s=0.0 if dark is None else dark.current_e_per_s,
+        shown_e_per_s=0.0 if dark is None else dark.shown_e_per_s,
         level={lamp: values(camera.sensitivity) for lamp in lamps},
     )
 
@@ -106,9 +109,11 @@ def scenery_of(
     down = (min(camera.height, camera.width * 3 // 4) - 2 * BORDER_PX) // lattices[0].step
     first = blank.frames[0]
     wanted = shots_of(shots)
+    filled = camera.get(Demosaic)
+    arithmetic = IN_FRACTIONS if filled is None else int(filled.arithmetic)
     lamps = {name for shot in wanted if not shot.dark for name in shot.light}
     return Scenery(
-        body=Body.of(first, camera.cfa, camera.name),
+        body=Body.of(first, camera.cfa, arithmetic, camera.name),
         light=Light(
             rates={lamp: rates[lamp] for lamp in rates if lamp in lamps},
             panels=tuple(panels),

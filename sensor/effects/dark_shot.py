@@ -15,8 +15,9 @@ class DarkShot(Effect):
     """Thermal electrons collect during the exposure; their mean is clamped off, not their noise.
 
     Mean charge d t joins the light before the shot noise is drawn, and the optical-black clamp
-    takes d t off again: variance d t, no change of the mean. Dark current that the clamp does not
-    follow is the effect `dark_current`.
+    takes d t off again: variance d t, no change of the mean. A clamp that takes off less, or more,
+    leaves a mean that grows with the exposure by gain x shown x t, the same in every pixel. Dark
+    current that differs between pixels is the effect `dark_current`.
     """
 
     name: ClassVar[str] = "dark_shot"
@@ -34,6 +35,16 @@ class DarkShot(Effect):
         doc="dark current of a photosite at the sensor's temperature",
     )
 
+    shown_e_per_s: float = parameter(
+        0.0,
+        unit="e-/s",
+        minimum=-1e5,
+        maximum=1e5,
+        identity=0.0,
+        doc="the part of its mean that the clamp leaves in the frames; below 0 it takes too much",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         dark_e = self.current_e_per_s * signal.shot.exposure_s
-        return signal.replace(signal.value + dark_e, clamp_e=signal.clamp_e + dark_e)
+        shown_e = self.shown_e_per_s * signal.shot.exposure_s
+        return signal.replace(signal.value + dark_e, clamp_e=signal.clamp_e + dark_e - shown_e)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
 
-from sensor.effect import Effect, Stage
+from sensor.effect import Effect, Stage, parameter
 from sensor.neighbours import Runs
 from sensor.planes import Planes
 from sensor.signal import Signal
@@ -22,6 +23,10 @@ class Demosaic(Effect):
     Measured samples pass unchanged; an interpolated one is the mean of 2 or 4, so its noise is
     1/sqrt(2) or 1/2 of the measured one: the paper's N_D. Borders are mirrored, which keeps the
     colour phase.
+
+    A camera that counts in fractions rounds once, behind this. One that counts in whole numbers
+    has rounded before, and rounds each mean again: then an interpolated sample is a function of
+    whole neighbours, and every other mean of two is a half, so that it matters where halves go.
     """
 
     name: ClassVar[str] = "demosaic"
@@ -30,9 +35,24 @@ class Demosaic(Effect):
     base: ClassVar[bool] = True
     reference: ClassVar[str] = "Irie et al., equations (4) to (7)"
 
+    arithmetic: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=3.0,
+        whole=True,
+        doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         runs = Runs(signal)
+        top = float(signal.format.top_dn)
         above, here, below = (runs.line(dy) for dy in (-1, 0, 1))
+        if self.arithmetic != 0:
+            above, here, below = (
+                [dr.clip(dr.round(sample), 0.0, top) for sample in line]
+                for line in (above, here, below)
+            )
         odd_row = (runs.row & 1) == 1
         sources = _sources(signal.format.cfa)
         colours: tuple[list[Any], ...] = ([], [], [])
@@ -42,7 +62,8 @@ class Demosaic(Effect):
             )
             down = (above[k + 1] + below[k + 1]) * 0.5
             diagonal = (across_above + across_below) * 0.5
-            candidates = (here[k + 1], across, down, (across + down) * 0.5, diagonal)
+            means = (across, down, (across + down) * 0.5, diagonal)
+            candidates = (here[k + 1], *map(WHOLE[int(self.arithmetic)], means))
             odd_column = runs.odd_column(k)
             for columns, by_phase in zip(colours, sources, strict=True):
                 at = [candidates[source] for source in by_phase]
@@ -55,6 +76,15 @@ class Demosaic(Effect):
                 arrays=signal.backend.arrays,
             )
         )
+
+
+WHOLE: tuple[Callable[[Any], Any], ...] = (
+    lambda mean: mean,
+    lambda mean: dr.floor(mean + 0.5),
+    dr.round,
+    dr.floor,
+)
+"""What becomes of a mean, by arithmetic."""
 
 
 def _sources(cfa: str) -> list[list[int]]:
