@@ -24,6 +24,10 @@ def digitise(signal: Signal) -> Signal:
 
     The converter's rounding is the effect `quantization`.
     """
-    gain = signal.by_colour(signal.format.gain_dn_per_e)
-    value = (signal.value - signal.clamp_e) * gain + signal.format.black_dn
-    return signal.replace(value, quantity=Quantity.DN, clamp_e=0.0)
+    clamp_e, black_dn = signal.clamp_e, signal.format.black_dn
+    return signal.pointwise(
+        lambda e, gain: (e - clamp_e) * gain + black_dn,
+        signal.format.gain_dn_per_e,
+        quantity=Quantity.DN,
+        clamp_e=0.0,
+    )

@@ -60,14 +60,30 @@ class Neighbours:
 
 def run_length(arrays: ModuleType, width: int) -> int:
     """How many neighbouring columns a lane has on a backend: see `Runs`."""
-    return 4 if dr.is_jit_v(arrays.TensorXf) and width % 4 == 0 else 1
+    if not dr.is_jit_v(arrays.TensorXf):
+        return 1
+    return next(length for length in (8, 4, 1) if width % length == 0)
+
+
+def fetched(flat: Any, run: Any, length: int) -> list[Any]:
+    """The numbers of runs of so many neighbours (1, 4 or 8), by their place in the run.
+
+    Args:
+        flat: where they are; evaluated.
+        run: which runs: the first number of each, divided by the length.
+    """
+    if length == 1:
+        return [dr.gather(type(flat), flat, run)]
+    pack = importlib.import_module(type(flat).__module__).Array4f
+    fours = length // 4
+    return [n for k in range(fours) for n in dr.gather(pack, flat, run * fours + k)]
 
 
 class Runs:
     """Rows of a mosaic in runs of neighbouring columns, one run a lane.
 
     Reading four pixels at once costs hardly more than reading one, so that with a JIT backend a
-    lane has four columns where the width allows it; otherwise one.
+    lane has eight columns or four where the width allows it; otherwise one.
 
     Attributes:
         length: columns in a run.
@@ -78,7 +94,6 @@ class Runs:
     def __init__(self, signal: Signal) -> None:
         frames, self.height, self.width = signal.shape
         self.length = run_length(signal.backend.arrays, self.width)
-        self.pack = signal.backend.arrays.Array4f
         self.flat = signal.value.array
         dr.eval(self.flat)
         index = dr.uint32_array_t(type(self.flat))
@@ -94,7 +109,7 @@ class Runs:
 
     def odd_column(self, k: int) -> Any:
         """Whether column k of the runs is an odd one of the image."""
-        return k % 2 == 1 if self.length == 4 else (self.first & 1) == 1
+        return k % 2 == 1 if self.length > 1 else (self.first & 1) == 1
 
     def line(self, dy: int) -> list[Any]:
         """The row dy below: the pixel left of the run, its own, and the one right of it."""
@@ -106,7 +121,7 @@ class Runs:
         if self.length == 1:
             own = [dr.gather(type(self.flat), self.flat, start + self.first) if dy else self.flat]
         else:
-            own = list(dr.gather(self.pack, self.flat, (start + self.first) // 4))
+            own = fetched(self.flat, (start + self.first) // self.length, self.length)
         return [left, *own, right]
 
 
@@ -118,4 +133,5 @@ def interleaved(planes: list[Any]) -> Any:
     if not dr.is_jit_v(flat):
         return flat(np.stack([np.asarray(plane) for plane in planes], axis=1).ravel())
     arrays = importlib.import_module(flat.__module__)
-    return dr.ravel(getattr(arrays, f"Array{len(planes)}f")(*planes))
+    pack = getattr(arrays, f"Array{len(planes)}f", arrays.ArrayXf)
+    return dr.ravel(pack(*planes))

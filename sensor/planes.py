@@ -1,8 +1,8 @@
-"""Three colours side by side: how an image is held until somebody needs its pixels.
+"""Numbers by their place in a run: how an image is held until somebody needs its pixels.
 
-Writing red, green and blue alternately costs as much time as drawing the random numbers of the
-frame. Rounding and clipping do not need it, and the last step to bytes is cheap; so a demosaicer
-gives planes, and they are interleaved at the first look at the pixels.
+Random numbers come four at a time, and a demosaicer makes eight pixels at a time, three colours
+each. Writing them in the order of the pixels costs half the time of making them, and whatever looks
+at each number by itself does not need it; so they are put in order at the first look at the pixels.
 """
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from sensor.neighbours import interleaved, run_length
+from sensor.neighbours import fetched, interleaved, run_length
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Planes:
-    """The red, green and blue values of a batch of frames.
+    """The mosaic of a batch of frames, or its red, green and blue values.
 
     Attributes:
-        colours: for each colour, its values as 1 flat Dr.Jit array of f H W, or as 4 of a quarter
-            of that, which hold every fourth column each: the runs of `sensor.neighbours.Runs`.
-        shape: (f, H, W, 3).
+        colours: for the mosaic, or for each colour, its values as 1 flat Dr.Jit array of f H W, or
+            as 4 of a quarter of that, which hold every fourth column each, or as 8 of an eighth:
+            the runs of `sensor.neighbours.Runs`.
+        shape: (f, H, W) or (f, H, W, 3).
         arrays: the Dr.Jit module they are of.
     """
 
@@ -42,9 +43,7 @@ class Planes:
         dr.eval(flat)
         length = run_length(arrays, shape[2])
         lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // (3 * length))
-        kind = arrays.Array4f if length == 4 else type(flat)
-        fetched = [dr.gather(kind, flat, 3 * lane + k) for k in range(3)]
-        numbers = [n for pack in fetched for n in pack] if length == 4 else fetched
+        numbers = [n for k in range(3) for n in fetched(flat, 3 * lane + k, length)]
         return cls(
             colours=tuple(tuple(numbers[c::3]) for c in range(3)), shape=shape, arrays=arrays
         )
@@ -56,23 +55,38 @@ class Planes:
 
     @cached_property
     def tensor(self) -> Any:
-        """The same numbers pixel by pixel: a tensor (f, H, W, 3)."""
+        """The same numbers pixel by pixel: a tensor of their shape."""
         planes = [interleaved(list(parts)) for parts in self.colours]
         return self.arrays.TensorXf(interleaved(planes), self.shape)
 
     def as_bytes(self) -> NDArray[np.uint8]:
-        """Codes of 0 to 255 as bytes, pixel by pixel: (f, H, W, 3). For a JIT backend."""
+        """Codes of 0 to 255 as bytes, pixel by pixel. For a JIT backend."""
         import cv2
 
-        planes = [self._bytes_of(parts) for parts in self.colours]
-        dr.eval(planes)
-        lines = (self.shape[0] * self.shape[1], self.shape[2])
-        merged = cv2.merge([plane.numpy().view(np.uint8).reshape(lines) for plane in planes])
-        return np.asarray(merged, dtype=np.uint8).reshape(self.shape)
+        words = self._words()
+        dr.eval(words)
+        if len(words) == 1:
+            return np.asarray(words[0].numpy().view(np.uint8).reshape(self.shape))
+        # only moved, never read as numbers
+        moved = {1: np.uint8, 4: np.int32, 8: np.float64}
+        numbers = [word.numpy() for word in words]
+        merged = cv2.merge([n.view(moved[n.itemsize]).reshape(-1, 1) for n in numbers])
+        return np.asarray(merged).view(np.uint8).reshape(self.shape)
 
-    def _bytes_of(self, parts: tuple[Any, ...]) -> Any:
-        """The bytes of one colour in memory's order: by themselves, or four in a word."""
-        if len(parts) == 1:
-            return self.arrays.UInt8(parts[0])
-        words = [self.arrays.UInt32(part) for part in parts]
-        return words[0] | (words[1] << 8) | (words[2] << 16) | (words[3] << 24)
+    def _words(self) -> list[Any]:
+        """The bytes of a run in memory's order, R G B R G B ..., as many words as colours."""
+        in_order = [code for pixel in zip(*self.colours, strict=True) for code in pixel]
+        if len(in_order) < 4:
+            return [self.arrays.UInt8(code) for code in in_order]
+        codes = [self.arrays.UInt32(code) for code in in_order]
+        words = [
+            codes[k] | (codes[k + 1] << 8) | (codes[k + 2] << 16) | (codes[k + 3] << 24)
+            for k in range(0, len(codes), 4)
+        ]
+        if len(words) == len(self.colours):
+            return words
+        wide = self.arrays.UInt64
+        return [
+            wide(low) | (wide(high) << 32)
+            for low, high in zip(words[::2], words[1::2], strict=True)
+        ]

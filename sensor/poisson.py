@@ -18,6 +18,8 @@ from typing import Any
 
 import drjit as dr
 
+from sensor.limits import at_least
+
 SMALL_MEAN = 12.0
 """Mean in e- from which the expansion is used."""
 
@@ -42,17 +44,14 @@ def poisson_count(mean: Any, normal: Any, least: float = 0.0) -> Any:
 
 def large_mean_quantile(mean: Any, normal: Any) -> Any:
     """Counts from standard normal numbers; only right for means of `SMALL_MEAN` and more."""
-    m = dr.maximum(mean, SMALL_MEAN)
-    w, root = normal, dr.sqrt(m)
-    w2 = w * w
-    q = (
-        m
-        + w * root
-        + (1 / 3 + w2 / 6)
-        - w * (1 / 36 + w2 / 72) / root
-        + (w2 * (7 / 810 + w2 / 270) - 8 / 405) / m
-    )
-    return dr.maximum(dr.floor(q), 0.0)
+    m = at_least(mean, SMALL_MEAN)
+    w, w2, root = normal, normal * normal, dr.sqrt(m)
+    first = dr.fma(w2, 1 / 6, 1 / 3)
+    second = w * dr.fma(w2, -1 / 72, -1 / 36)
+    third = dr.fma(w2, dr.fma(w2, 1 / 270, 7 / 810), -8 / 405)
+    inverse = dr.rcp(root)
+    q = dr.fma(w, root, m) + dr.fma(inverse, dr.fma(inverse, third, second), first)
+    return at_least(dr.floor(q), 0.0)
 
 
 def small_mean_count(mean: Any, uniform: Any) -> Any:

@@ -12,7 +12,7 @@ and broadcasts, so that nothing is computed per frame before it differs per fram
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from foundation.backend import Backend
 from sensor.colours import CHANNELS, Colours
+from sensor.neighbours import fetched
 from sensor.planes import Planes
 from sensor.protocol import Shot
 
@@ -78,8 +79,8 @@ class Signal:
     """A batch of frames somewhere between the sensor plane and the cable.
 
     Attributes:
-        numbers: a Dr.Jit tensor in the shapes listed at the top of this file, or its three colours
-            side by side; read `value`, which is always the tensor.
+        numbers: a Dr.Jit tensor in the shapes listed at the top of this file, or the same numbers
+            by their place in a run; read `value`, which is always the tensor.
         quantity: what its numbers are.
         format: what the camera is.
         shot: how the frames are taken.
@@ -111,12 +112,52 @@ class Signal:
         held = self.numbers
         return held if isinstance(held, Planes) else Planes.of(held, self.backend.arrays)
 
-    def pointwise(self, change: Callable[[Any], Any], **changes: Any) -> Signal:
-        """The same signal after a change, of flat arrays, that looks at each number by itself."""
+    def pointwise(self, change: Callable[..., Any], *beside: Any, **changes: Any) -> Signal:
+        """The same signal after a change that looks at each number by itself.
+
+        Args:
+            change: of flat arrays or tensors; called with the numbers, and with what is beside.
+            beside: what else is looked at in every pixel: a figure, one per colour, a tensor
+                (1 or F, H, W), or numbers of `Stream.noise`.
+            changes: other attributes of the new signal.
+        """
         held = self.numbers
-        if isinstance(held, Planes):
+        if not beside and isinstance(held, Planes):
             return self.replace(held.map(change), **changes)
-        return self.replace(type(held)(change(held.array), self.shape), **changes)
+        if not beside:
+            return self.replace(type(held)(change(held.array), self.shape), **changes)
+        if self.coloured or not any(isinstance(n, Planes) for n in (held, *beside)):
+            return self.replace(change(self.value, *map(self.by_colour, beside)), **changes)
+        shapes = [n.shape for n in (held, *beside) if not isinstance(n, (int, float, Colours))]
+        frames = max(shape[0] for shape in shapes)
+        runs = [self._in_fours(numbers, frames) for numbers in (held, *beside)]
+        parts = tuple(change(*numbers) for numbers in zip(*runs, strict=True))
+        shape = (frames, *self.shape[1:])
+        made = Planes(colours=(parts,), shape=shape, arrays=self.backend.arrays)
+        return self.replace(made, **changes)
+
+    def _in_fours(self, numbers: Any, frames: int) -> Sequence[Any]:
+        """Numbers for every pixel of a mosaic by their place in runs of four columns."""
+        if isinstance(numbers, (int, float)):
+            return [numbers] * 4
+        _, height, width = self.shape
+        index = self.backend.arrays.UInt32
+        lane = dr.arange(index, frames * height * width // 4)
+        if isinstance(numbers, Colours):
+            if numbers.uniform:
+                return [numbers.R] * 4
+            odd_row = ((lane // (width // 4)) % height & 1) == 1
+            # data, so that a new figure compiles nothing
+            figure = {c: dr.opaque(self.backend.arrays.Float, numbers[c]) for c in CHANNELS}
+            at = [figure[colour] for colour in self.format.cfa]
+            return [dr.select(odd_row, at[2 + k], at[k]) for k in (0, 1)] * 2
+        if isinstance(numbers, Planes) and numbers.shape[0] == frames:
+            return numbers.colours[0]
+        tensor = numbers.tensor if isinstance(numbers, Planes) else numbers
+        flat = self.backend.arrays.Float(tensor.array)
+        dr.eval(flat)
+        run = lane if tensor.shape[0] == frames else lane % (height * width // 4)
+        return fetched(flat, run, 4)
 
     @property
     def shape(self) -> tuple[int, ...]:

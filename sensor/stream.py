@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -21,7 +21,11 @@ import numpy as np
 from foundation.backend import Backend
 from sensor.box_muller import normals
 from sensor.philox import Words, fractions, words
+from sensor.planes import Planes
 from sensor.poisson import poisson_count
+
+if TYPE_CHECKING:
+    from sensor.signal import Signal
 
 
 def key_of(*parts: object) -> int:
@@ -101,11 +105,30 @@ class Stream:
             means = np.asarray(mean.numpy()).reshape(tuple(mean.shape))
             rows = iter(np.broadcast_to(means, (len(self.frames), *shape)))
             return self._numpy(lambda g: g.poisson(next(rows)).astype(np.float32), use)
-        # one look at a mean that all frames share spares every frame the sum for small means
-        least = float(dr.min(mean.array)[0]) if mean.shape[0] == 1 else 0.0
+        least = _least(mean) if mean.shape[0] == 1 else 0.0
         normal = self.normal(*shape, use=use)
         means = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
         return type(mean)(poisson_count(means, normal.array, least), normal.shape)
+
+    def noise(self, signal: Signal, use: str = "") -> Any:
+        """Standard normal numbers for every pixel of a mosaic, for `Signal.pointwise`.
+
+        The numbers of `normal`, held as they are drawn: nothing is written to memory for them.
+        """
+        shape = signal.shape[1:]
+        if not self.backend.jit or signal.coloured or shape[-1] % 4:
+            return self.normal(*shape, use=use)
+        drawn = tuple(normals(self._words(shape, use)))
+        shape = (len(self.frames), *shape)
+        return Planes(colours=(drawn,), shape=shape, arrays=self.backend.arrays)
+
+    def counts(self, signal: Signal, use: str = "") -> Signal:
+        """The signal with Poisson counts in place of its means: those of `poisson`."""
+        noise = self.noise(signal, use) if self.backend.jit else None
+        if not isinstance(noise, Planes):
+            return signal.replace(self.poisson(signal.value, use))
+        least = _least(signal.value) if signal.shape[0] == 1 else 0.0
+        return signal.pointwise(lambda mean, w: poisson_count(mean, w, least), noise)
 
     def _words(self, shape: tuple[int, ...], use: str) -> Words:
         """Random words; every lane makes those of four neighbouring numbers of a frame."""
@@ -131,3 +154,8 @@ class Stream:
     def _generator(self, frame: int, use: str) -> np.random.Generator:
         counter = np.array([0, 0, 0, frame % 2**32], dtype=np.uint64)
         return np.random.Generator(np.random.Philox(key=self.key(use), counter=counter))
+
+
+def _least(mean: Any) -> float:
+    """The least of means that all frames share: one look spares each the sum for small means."""
+    return float(dr.min(mean.array)[0])

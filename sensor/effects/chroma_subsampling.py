@@ -52,10 +52,10 @@ class ChromaSubsampling(Effect):
             return signal.replace(signal.value)
         group = 2 ** int(self.mode)
         planes = signal.planes
-        if len(planes.colours[0]) == 4:  # columns of a lane, which are whole groups
+        if len(planes.colours[0]) % 4 == 0:  # columns of a lane, which are whole groups
             pixels = list(zip(*planes.colours, strict=True))
             codes = []
-            for first in range(0, 4, group):
+            for first in range(0, len(pixels), group):
                 members = pixels[first : first + group]
                 mean = [sum(pixel[c] / group for pixel in members) for c in range(3)]
                 codes += [self._carried(pixel, mean, signal) for pixel in members]

@@ -36,4 +36,4 @@ class Fpn(Effect):
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         pattern = stream.body.normal(*signal.shape[1:])
-        return signal.replace(signal.value + signal.by_colour(self.sigma_e) * pattern)
+        return signal.pointwise(lambda e, sigma, n: e + sigma * n, self.sigma_e, pattern)

@@ -25,4 +25,4 @@ class PhotonShot(Effect):
     reference: ClassVar[str] = "Irie et al., equation (1) and Table II"
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        return signal.replace(stream.poisson(signal.value))
+        return stream.counts(signal)

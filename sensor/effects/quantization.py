@@ -8,6 +8,7 @@ from typing import ClassVar
 import drjit as dr
 
 from sensor.effect import Effect, Stage
+from sensor.limits import between
 from sensor.signal import Quantity, Signal
 from sensor.stream import Stream
 
@@ -29,5 +30,5 @@ class Quantization(Effect):
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         top = float(signal.format.top_dn)
         return signal.pointwise(
-            lambda value: dr.clip(dr.round(value), 0.0, top), quantity=Quantity.CODE
+            lambda value: between(dr.round(value), 0.0, top), quantity=Quantity.CODE
         )

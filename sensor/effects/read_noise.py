@@ -65,5 +65,5 @@ class ReadNoise(Effect):
         return reset.map(math.hypot, thermal).map(math.hypot, other)
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        noise = stream.normal(*signal.shape[1:])
-        return signal.replace(signal.value + signal.by_colour(self.sigma_e) * noise)
+        noise = stream.noise(signal)
+        return signal.pointwise(lambda e, sigma, n: e + sigma * n, self.sigma_e, noise)
