@@ -33,6 +33,7 @@ BASE = Base(
     black_dn=np.zeros(1),
     dark_e_per_s=0.0,
     shown_e_per_s=0.0,
+    blur_px2=0.0,
     level={},
 )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -12,7 +12,15 @@ from analysis.gap.fit import SEEDS
 from analysis.gap.hints import Hints
 from analysis.gap.observe import Observation
 from analysis.gap.pursue import FINAL_SEEDS, pursue
-from analysis.gap.suspects import Evidence, hold, response_of, scaled, signature, starts
+from analysis.gap.suspects import (
+    Evidence,
+    Signature,
+    hold,
+    response_of,
+    scaled,
+    signature,
+    starts,
+)
 from analysis.gap.twin import twin
 from sensor.effect import Effect
 
@@ -31,21 +39,47 @@ WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
 
 
-def attribute(
+def shows(
     case: Case,
     kinds: Iterable[type[Effect]],
     hints: Hints,
     watch: Callable[[str], None] = lambda name: None,
-) -> list[Candidate]:
-    """Every suspect that these frames may show, best first."""
-    references = {seed: _reference(case, seed) for seed in SEEDS}
-    first: list[Evidence] = []
+) -> list[Signature]:
+    """How every suspect would show at every strength and shape from which a search begins.
+
+    Args:
+        case: the capture.
+        kinds: the suspects.
+        hints: what the frames say of their parameters.
+        watch: told whose turn it is.
+    """
+    references = _references(case, SEEDS)
+    found = []
     for kind in kinds:
         watch(kind.name)
-        best = _best_start(case, kind, hints, references)
-        if best is not None:
-            first.append(best)
-    first.sort(key=lambda e: -e.score)
+        hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
+        for effect in starts(kind):
+            shown = _shown(case, dataclasses.replace(effect, **hinted), references)
+            if shown is not None:
+                found.append(shown)
+    return found
+
+
+def attribute(
+    case: Case,
+    shown: Iterable[Signature],
+    watch: Callable[[str], None] = lambda name: None,
+) -> list[Candidate]:
+    """Every suspect that these frames may show, best first.
+
+    Args:
+        case: the capture.
+        shown: how the suspects show, here or at a model near this one; see `shows`.
+        watch: told whose turn it is.
+    """
+    references = _references(case, SEEDS)
+    keys = case.fitting.turned.space.keys
+    first = _best_of_each(_held(case, one.on(keys)) for one in shown)
     adapted = []
     for found in first[:ADAPTED]:
         if found.score > WORTH_A_LOOK:
@@ -55,10 +89,7 @@ def attribute(
     finalists = [e for e in adapted if e.score > NEAR * adapted[0].score][:FINALISTS]
     many = references
     if finalists:
-        many = {
-            seed: references[seed] if seed in references else _reference(case, seed)
-            for seed in FINAL_SEEDS
-        }
+        many = references | _references(case, [s for s in FINAL_SEEDS if s not in references])
     candidates = []
     for found in finalists:
         watch(found.name)
@@ -69,40 +100,37 @@ def attribute(
     return sorted(unique.values(), key=lambda c: -c.score)
 
 
-def _reference(case: Case, seed: int) -> Observation:
+def _references(case: Case, seeds: Iterable[int]) -> dict[int, Observation]:
+    """Twins of the model, by seed."""
     known = case.known
-    return known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
+    return {
+        seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
+        for seed in seeds
+    }
 
 
-def _best_start(
-    case: Case, kind: type[Effect], hints: Hints, references: dict[int, Observation]
-) -> Evidence | None:
-    """The start of a suspect's search that fits best; None where these frames cannot have it."""
-    best: Evidence | None = None
-    for effect in starts(kind):
-        hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
-        if hinted:
-            effect = dataclasses.replace(effect, **hinted)
-        found = _held(case, effect, references)
-        if found is not None and (best is None or found.score > best.score):
-            best = found
-    return best
+def _best_of_each(evidence: Iterable[Evidence]) -> list[Evidence]:
+    """The best of each suspect, best first."""
+    best: dict[str, Evidence] = {}
+    for one in evidence:
+        if one.name not in best or one.score > best[one.name].score:
+            best[one.name] = one
+    return sorted(best.values(), key=lambda e: -e.score)
 
 
-def _held(
-    case: Case,
-    effect: Effect,
-    references: dict[int, Observation],
-) -> Evidence | None:
-    shown = signature(effect, case.known, others=case.known.effects, references=references)
-    if shown is None:
-        return None
+def _shown(case: Case, effect: Effect, references: Mapping[int, Observation]) -> Signature | None:
+    """How an effect shows here; None where these frames cannot have it."""
+    return signature(effect, case.known, others=case.known.effects, references=references)
+
+
+def _held(case: Case, shown: Signature) -> Evidence:
     return hold(shown, case.fitting.turned, case.fit_left)
 
 
-def _adapt(case: Case, found: Evidence, references: dict[int, Observation]) -> Evidence:
+def _adapt(case: Case, found: Evidence, references: Mapping[int, Observation]) -> Evidence:
     """Simulate at the strength it seems to have, until it has it."""
-    best = found
+    here = _shown(case, found.effect, references) if case.known.effects else None
+    best = found = found if here is None else _held(case, here)
     factor, response = 1.0, 1.5
     tried: list[tuple[float, float]] = [(1.0, found.amount)]
     for _ in range(ROUNDS):
@@ -113,9 +141,10 @@ def _adapt(case: Case, found: Evidence, references: dict[int, Observation]) -> E
             factor = -factor * min(abs(amount), 4.0)
         else:
             factor *= float(np.clip(amount ** (1.0 / response), 0.1, 8.0))
-        shown = _held(case, scaled(found.effect, factor), references)
-        if shown is None or shown.effect == best.effect:
+        moved = _shown(case, scaled(found.effect, factor), references)
+        if moved is None or moved.effect == best.effect:
             break
+        shown = _held(case, moved)
         tried.append((factor, shown.amount))
         response = response_of(tried, response)
         if shown.score > best.score or not RIGHT[0] <= best.amount <= RIGHT[1]:

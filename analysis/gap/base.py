@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 
 
 MOST_DARK_E_PER_S = 9e4
+MOST_BLUR_PX2 = 50.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,6 +40,7 @@ class Base:
         black_dn: black level, per channel: a gain behind the converter multiplies it too.
         dark_e_per_s: dark current, which brings its shot noise.
         shown_e_per_s: the part of its mean that grows in the frames with the exposure.
+        blur_px2: variance by which the picture is softer than its light, along each axis.
         level: electrons per unit of the light, by lamp, each per channel.
     """
 
@@ -50,13 +52,14 @@ class Base:
     black_dn: Floats
     dark_e_per_s: float
     shown_e_per_s: float
+    blur_px2: float
     level: Mapping[str, Floats]
 
     def moved(self, name: str, channel: int | None, by: float) -> Base:
         """The base with one figure changed; variances stay above zero, `gain` and `level` factors.
 
         Args:
-            name: gain, read, fpn, prnu, black, dark, shown, or level:LAMP.
+            name: gain, read, fpn, prnu, black, dark, shown, blur, or level:LAMP.
             channel: index of the channel; None for all, and for figures without one.
             by: logarithm of the factor for gain and level; the addition for all others.
         """
@@ -85,6 +88,9 @@ class Base:
                 most = MOST_DARK_E_PER_S
                 shown = float(np.clip(self.shown_e_per_s + by, -most, most))
                 return dataclasses.replace(self, shown_e_per_s=shown)
+            case "blur":
+                blur = float(np.clip(self.blur_px2 + by, 0, MOST_BLUR_PX2))
+                return dataclasses.replace(self, blur_px2=blur)
             case _:
                 field = {"read": "read_dn2", "fpn": "fpn_dn2", "prnu": "prnu2"}[name]
                 values = np.maximum(getattr(self, field) + step, 0.0)

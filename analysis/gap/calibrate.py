@@ -8,6 +8,7 @@ pattern          = FPN + PRNU^2 (mean - black)^2
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,77 @@ def behind_rounding(mean: float, in_time: float, pattern: float, top_dn: int) ->
     return np.array([found[0], np.exp(2 * found[1]), np.exp(2 * found[2])])
 
 
+FAR_ENOUGH = 1.5
+"""Longest over shortest exposure of darks from which a line through them is drawn."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Darks:
+    """What the darks show, as lines over the exposure; all per channel.
+
+    Attributes:
+        black_dn, mean_dn_per_s: of the mean.
+        read_dn2, variance_dn2_per_s: of the variance in time, without that of rounding.
+        fpn_dn2: variance of the fixed offsets.
+    """
+
+    black_dn: Floats
+    mean_dn_per_s: Floats
+    read_dn2: Floats
+    variance_dn2_per_s: Floats
+    fpn_dn2: Floats
+
+    def mean_dn(self, exposure_s: Floats | float) -> Floats:
+        """Of dark frames of an exposure, or of several: (n, channels)."""
+        return np.asarray(self.black_dn + self.mean_dn_per_s * np.asarray(exposure_s)[..., None])
+
+    def variance_dn2(self, exposure_s: Floats | float) -> Floats:
+        """In time, of dark frames of an exposure, or of several: (n, channels)."""
+        growth = self.variance_dn2_per_s * np.asarray(exposure_s)[..., None]
+        return np.asarray(self.read_dn2 + growth)
+
+    @staticmethod
+    def none(count: int, black_dn: float, read_dn2: float) -> Darks:
+        """Where there are none: for so many channels, by what the lit shots let guess."""
+        zero = np.zeros(count)
+        return Darks(
+            black_dn=zero + black_dn,
+            mean_dn_per_s=zero,
+            read_dn2=zero + read_dn2,
+            variance_dn2_per_s=zero,
+            fpn_dn2=zero + 0.01,
+        )
+
+    @staticmethod
+    def of(
+        exposure_s: Floats, mean_dn: Floats, in_time_dn2: Floats, pattern_dn2: Floats, top_dn: int
+    ) -> Darks:
+        """The lines through some darks.
+
+        Args:
+            exposure_s: (shots,).
+            mean_dn, in_time_dn2, pattern_dn2: of each, (shots, channels).
+            top_dn: the largest pixel value.
+        """
+        seen = np.array([
+            [behind_rounding(*figures, top_dn) for figures in zip(*shot, strict=True)]
+            for shot in zip(mean_dn, in_time_dn2, pattern_dn2, strict=True)
+        ])  # fmt: skip
+        first, last = int(np.argmin(exposure_s)), int(np.argmax(exposure_s))
+        black, read, fpn = seen[first].T
+        slope, growth = np.zeros_like(black), np.zeros_like(read)
+        if exposure_s[last] > FAR_ENOUGH * exposure_s[first]:
+            slope, growth, _ = (seen[last] - seen[first]).T / (exposure_s[last] - exposure_s[first])
+        growth = np.clip(growth, 0.0, 0.9 * read / max(float(exposure_s[first]), 1e-9))
+        return Darks(
+            black_dn=black - slope * exposure_s[first],
+            mean_dn_per_s=slope,
+            read_dn2=read - growth * exposure_s[first],
+            variance_dn2_per_s=growth,
+            fpn_dn2=fpn,
+        )
+
+
 def first_guess(
     seen: Observation, scenery: Scenery, nominal: Camera | None, black_dn: float
 ) -> Base:
@@ -90,36 +162,27 @@ def first_guess(
         black_dn: black level.
     """
     shots = {shot.label: shot for shot in scenery.shots}
+    exposure = np.array([shots[label].exposure_s for label in seen.shots])
     mean = seen.means.mean(axis=(0, 3))
     darks = [k for k, label in enumerate(seen.shots) if shots[label].dark]
     lit = [k for k, label in enumerate(seen.shots) if not shots[label].dark]
     count = len(seen.channels)
-    pattern = _figure(seen, "pattern", "pattern variance")
+    pattern = np.array(_figure(seen, "pattern", "pattern variance"))
     noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
-    read = np.full(count, max(0.05, 0.3 * float(noise.min())))
-    fpn = np.full(count, 0.01)
-    black = np.full(count, black_dn)
+    dark = Darks.none(count, black_dn, max(0.05, 0.3 * float(noise.min())))
     if darks:
-        k = min(darks, key=lambda k: shots[seen.shots[k]].exposure_s)
-        found = np.array(
-            [
-                behind_rounding(
-                    float(mean[k, c]),
-                    float(seen.noise[k, c]),
-                    float(pattern[k][c]),
-                    scenery.view.top_dn,
-                )
-                for c in range(count)
-            ]
+        dark = Darks.of(
+            exposure[darks], mean[darks], seen.noise[darks], pattern[darks], scenery.view.top_dn
         )
-        black, read, fpn = found.T
-    signal = np.maximum(mean - black, 0.0)
+    fpn = dark.fpn_dn2
+    signal = np.maximum(mean - dark.mean_dn(exposure), 0.0)
     if nominal is not None:
         gain = np.resize(np.array(list(nominal.gain_dn_per_e)), count)
     else:
         gain = np.full(count, USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8))
     if lit:
-        slope = (noise[lit] - read).sum(axis=0) / np.maximum(signal[lit].sum(axis=0), 1e-6)
+        shot_noise = (noise - dark.variance_dn2(exposure))[lit].sum(axis=0)
+        slope = shot_noise / np.maximum(signal[lit].sum(axis=0), 1e-6)
         gain = np.where(slope > 0.02 * gain, slope, gain)
     prnu = np.full(count, 1e-4)
     for c in range(count):
@@ -129,29 +192,23 @@ def first_guess(
     return Base(
         channels=seen.channels,
         gain_dn_per_e=gain,
-        read_dn2=read,
-        fpn_dn2=fpn,
+        read_dn2=dark.read_dn2,
+        fpn_dn2=dark.fpn_dn2,
         prnu2=prnu,
-        black_dn=black,
-        dark_e_per_s=0.0,
-        shown_e_per_s=_shown(seen, scenery, darks, mean, gain),
-        level=levels(seen, scenery, black, gain),
+        black_dn=dark.black_dn,
+        dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
+        shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
+        blur_px2=0.0,
+        level=levels(seen, scenery, dark, gain),
     )
 
 
-def _shown(
-    seen: Observation, scenery: Scenery, darks: list[int], mean: Floats, gain: Floats
-) -> float:
-    """By how many electrons per second the darks grow with the exposure."""
-    exposures = {shot.label: shot.exposure_s for shot in scenery.shots}
-    at = np.array([exposures[seen.shots[k]] for k in darks])
-    if len(set(at)) < 2:
-        return 0.0
-    slope = np.polyfit(at, (mean[darks] / gain).mean(axis=1), 1)[0]
-    return float(np.clip(slope, -MOST_DARK_E_PER_S, MOST_DARK_E_PER_S))
+def _charge(by_channel: Floats, least: float) -> float:
+    """Electrons per second that all channels have in common."""
+    return float(np.clip(by_channel.mean(), least, MOST_DARK_E_PER_S))
 
 
-def levels(seen: Observation, scenery: Scenery, black: Floats, gain: Floats) -> dict[str, Floats]:
+def levels(seen: Observation, scenery: Scenery, dark: Darks, gain: Floats) -> dict[str, Floats]:
     """Electrons per unit of light by lamp and channel, by least squares over the block means."""
     light = light_blocks(scenery, seen)
     top = scenery.view.top_dn
@@ -161,11 +218,12 @@ def levels(seen: Observation, scenery: Scenery, black: Floats, gain: Floats) -> 
         for k, shot in enumerate(scenery.shots):
             if shot.dark or lamp_of(shot) != lamp:
                 continue
+            offset = dark.mean_dn(shot.exposure_s)
             for c in range(len(seen.channels)):
                 y = seen.means[:, k, c].mean(axis=0)
                 x = light[lamp][c] * exposure_of(shot)
                 good = y < 0.97 * top
-                above[c] += float(x[good] @ (y[good] - black[c]))
+                above[c] += float(x[good] @ (y[good] - offset[c]))
                 below[c] += float(x[good] @ x[good])
         per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)
         found[lamp] = np.maximum(per_unit, 1e-12) / gain

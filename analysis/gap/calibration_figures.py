@@ -47,4 +47,7 @@ def calibration_figures(known: Fit, errors: Floats) -> dict[str, dict[str, Figur
         ("dark_current_shown", base.shown_e_per_s, "shown"),
     ):
         found[name] = {"all": Figure(value=value, se=by_knob.get((knob, None)), unit="e-/s")}
+    found["blur"] = {
+        "all": Figure(value=base.blur_px2, se=by_knob.get(("blur", None)), unit="px^2")
+    }
     return found

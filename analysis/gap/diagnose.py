@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.gap.attribute import attribute
+from analysis.gap.attribute import attribute, shows
 from analysis.gap.base import camera_of
 from analysis.gap.calibrate import first_guess
 from analysis.gap.case import Candidate, Case
@@ -19,6 +19,7 @@ from analysis.gap.hints import Hints, brightest, period_px
 from analysis.gap.measured import measured
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
+from analysis.gap.suspects import Signature
 from analysis.gap.verdict import EQUIVALENT, SIGNIFICANCE, Choice, both, choose, p_of_best
 from render.rate import RateImage
 from sensor.camera import Camera
@@ -155,12 +156,20 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     choices: list[Choice] = []
     first: list[Candidate] = []
     chances: list[float] = []
+    shown: list[Signature] = []
+
+    def tell(name: str) -> None:
+        watch(f"suspect {name}")
+
     while True:
         model, now = models[-1], distances[-1]
         left = [k for k in kinds if k not in {type(e) for e in model.effects}]
-        candidates = attribute(
-            now.case, left, hints_of(setting, now.case), lambda name: watch(f"suspect {name}")
-        )
+        hints = hints_of(setting, now.case)
+        # what an effect does hardly depends on what else the camera has, but hints do
+        again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
+        shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
+        shown += shows(now.case, again, hints, tell)
+        candidates = attribute(now.case, shown, tell)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None

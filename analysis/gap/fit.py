@@ -152,8 +152,15 @@ def lit_by_label(scenery: Scenery) -> dict[str, bool]:
     return {shot.label: not shot.dark for shot in scenery.shots}
 
 
-STEPS = 3
+MOST_STEPS = 10
 STEP_TWINS = 4
+
+CLOSE = 0.1
+"""Part of chi-squared that a last step takes off at most."""
+
+FAR = 2.0
+"""Chi-squared per coordinate from which directions are read anew."""
+
 MOST_GAIN_STEP = 0.4
 
 
@@ -163,7 +170,7 @@ def refine(
     scenery: Scenery,
     effects: Sequence[Effect] = (),
     *,
-    steps: int = STEPS,
+    steps: int = MOST_STEPS,
 ) -> Base:
     """Gauss-Newton on the knobs against simulated frames: the base whose twins look like these.
 
@@ -172,19 +179,24 @@ def refine(
         seen: the frames that fit.
         scenery: their light and shots.
         effects: what the camera has besides.
-        steps: iterations.
+        steps: iterations at most.
     """
     base = start
     ways = _directions(base, scenery, effects)
+    before = np.inf
     for step in range(steps):
         bodies = twins(scenery, base, STEP_TWINS, effects)
         both = with_keys(seen, bodies.keys)
         variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
         space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
-        if step == 1:  # the start may have been far off
+        gap = space.of(both)
+        chi2 = float(gap @ gap)
+        if step > 0 and chi2 > FAR * len(gap):  # directions change on a long way
             ways = _directions(base, scenery, effects)
-        amounts = calibration(space, ways).amounts(space.of(both))
-        base = turn(base, ways, amounts)
+        base = turn(base, ways, calibration(space, ways).amounts(gap))
+        if chi2 > (1 - CLOSE) * before:
+            break
+        before = chi2
     return base
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from analysis.gap.base import Base
 from analysis.gap.calibrate import blocks_of
@@ -33,6 +32,7 @@ LEVEL_PRIOR = 0.001
 FREE = np.inf
 
 BLACK_STEP_DN = 0.05
+BLUR_STEP_PX2 = 0.2
 
 COHERENT = 0.2
 """Correlation from which two images show the same thing."""
@@ -93,6 +93,8 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     if len(exposures) > 1 or lit:
         charge = 0.3 * float(np.mean(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
         knobs.append(Knob(name="dark", channel=None, step=charge / longest))
+    if lit and scenery.light.known:
+        knobs.append(Knob(name="blur", channel=None, step=BLUR_STEP_PX2 + 0.1 * base.blur_px2))
     if len(exposures) > 1:
         shown = BLACK_STEP_DN / float(base.gain_dn_per_e.mean())
         knobs.append(Knob(name="shown", channel=None, step=shown / longest))
@@ -329,19 +331,16 @@ def _of_light(
 
 
 def _moved(base: Base, scenery: Scenery, lamps: list[str]) -> Iterator[dict[str, Floats]]:
-    """The picture out of focus, shifted, turned and scaled, by lamp."""
-    pieces: list[dict[str, Floats]] = [{} for _ in range(5)]
+    """The picture shifted, turned and scaled, by lamp."""
+    pieces: list[dict[str, Floats]] = [{} for _ in range(4)]
     for lamp in lamps:
         rate = scenery.light.rates[lamp].astype(np.float32)
         dy, dx = np.gradient(rate, axis=(0, 1))
         h, w = rate.shape[:2]
         y = (np.arange(h, dtype=np.float32) - h / 2)[:, None, None] / w
         x = (np.arange(w, dtype=np.float32) - w / 2)[None, :, None] / w
-        soft = ndimage.gaussian_filter(rate, (1.0, 1.0, 0)) - rate
         scale = (base.level[lamp] * base.gain_dn_per_e)[:, None]
-        for piece, image in zip(
-            pieces, (soft, dx, dy, x * dx + y * dy, x * dy - y * dx), strict=True
-        ):
+        for piece, image in zip(pieces, (dx, dy, x * dx + y * dy, x * dy - y * dx), strict=True):
             piece[lamp] = scale * blocks_of(image, scenery, base.channels)
     yield from pieces
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from analysis.gap.base import Base
 from analysis.gap.fit import SEEDS, Fit
 from analysis.gap.nuisance import Calibration, agreed
-from analysis.gap.observe import Observation
+from analysis.gap.observe import Key, Observation
 from analysis.gap.twin import twin
 from foundation.errors import InputError
 from sensor.effect import Effect, Parameter
@@ -39,12 +39,22 @@ class Signature:
 
     Attributes:
         effect: with its parameters.
+        keys: of the figures.
         figures, means: differences from the base.
     """
 
     effect: Effect
+    keys: tuple[Key, ...]
     figures: Floats
     means: Floats
+
+    def on(self, keys: tuple[Key, ...]) -> Signature:
+        """The same on the figures of another model; one that was not seen did not move."""
+        if keys == self.keys:
+            return self
+        known = dict(zip(self.keys, self.figures, strict=True))
+        figures = np.array([known.get(key, 0.0) for key in keys])
+        return dataclasses.replace(self, keys=keys, figures=figures)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,7 +123,7 @@ def signature(
         for seed in seeds
     ]
     figures, means = agreed(before, after)
-    return Signature(effect=effect, figures=figures, means=means)
+    return Signature(effect=effect, keys=before[0].keys, figures=figures, means=means)
 
 
 def hold(shown: Signature, turned: Calibration, left: Floats) -> Evidence:

@@ -67,10 +67,20 @@ def electrons(base: Base, rates: Mapping[str, Rate]) -> dict[str, Rate]:
     by_colour = {}
     for lamp, rate in rates.items():
         level = base.level[lamp]
-        by_colour[lamp] = rate * np.asarray(
+        by_colour[lamp] = softened(rate, base.blur_px2) * np.asarray(
             np.repeat(level, 3) if len(level) == 1 else level, dtype=np.float32
         )
     return by_colour
+
+
+def softened(rate: Rate, variance_px2: float) -> Rate:
+    """A picture convolved with a normal distribution of that variance along each axis."""
+    if variance_px2 <= 0:
+        return rate
+    import cv2
+
+    sigma_px = float(np.sqrt(variance_px2))
+    return np.asarray(cv2.GaussianBlur(rate, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT_101))
 
 
 def _stacks(

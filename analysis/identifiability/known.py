@@ -83,6 +83,7 @@ def base_of(camera: Camera, lamps: Sequence[str]) -> Base:
         black_dn=zero + camera.black_dn,
         dark_e_per_s=0.0 if dark is None else dark.current_e_per_s,
         shown_e_per_s=0.0 if dark is None else dark.shown_e_per_s,
+        blur_px2=0.0,
         level={lamp: values(camera.sensitivity) for lamp in lamps},
     )
 
