@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
@@ -185,39 +186,74 @@ def simulate(
         until: stop before the first effect past this quantity.
     """
     where = where or backend()
-    light = where.tensor(light_on(camera, shot, rates)[None])
+    light = lit(camera, shot, rates, where)
     wanted = range(shot.frames) if frames is None else frames
-    return expose_to(camera, shot, light, wanted, seed=seed, where=where, until=until)
+    return exposed(camera, light, wanted, seed=seed, until=until)
 
 
-def expose_to(
-    camera: Camera,
-    shot: Shot,
-    light: Any,
-    frames: range,
-    *,
-    seed: int,
-    where: Backend,
-    until: Quantity = Quantity.CODE,
+def lit(
+    camera: Camera, shot: Shot, rates: Mapping[str, NDArray[np.float32]], where: Backend
 ) -> Signal:
-    """What `simulate` does, with the light of the shot already there: a tensor (1, H, W, 3)."""
-    batch = range(frames.start - camera.history_frames, frames.stop)
-    signal = Signal(
-        numbers=light,
+    """The light of a shot, before the first effect."""
+    return Signal(
+        numbers=where.tensor(light_on(camera, shot, rates)[None]),
         quantity=Quantity.RATE,
         format=camera.format,
         shot=shot,
-        frames=batch,
+        frames=range(shot.frames),
         backend=where,
     )
-    for effect in camera.effects:
+
+
+def still(camera: Camera, light: Signal, *, seed: int) -> tuple[Signal, int]:
+    """What all frames of a shot share, made once, and by how many effects; for a JIT backend.
+
+    Args:
+        camera: the camera.
+        light: of `lit`.
+        seed: seed of everything that is not fixed in the camera body.
+    """
+    signal = dataclasses.replace(light, frames=range(2))
+    for done, effect in enumerate(camera.effects):
+        reached = _reach(signal, effect.quantity())
+        stream = stream_of(camera, effect, signal.shot, seed, signal.frames, signal.backend)
+        after = effect.apply(reached, stream)
+        if after.shape[0] > 1:
+            return reached.looked_at(), done
+        signal = after
+    return signal, len(camera.effects)
+
+
+def exposed(
+    camera: Camera,
+    light: Signal,
+    frames: range,
+    *,
+    seed: int,
+    done: int = 0,
+    until: Quantity = Quantity.CODE,
+) -> Signal:
+    """What `simulate` does, with the light of the shot already there.
+
+    Args:
+        camera: the camera.
+        light: of `lit`, or of `still`.
+        frames: which frames of the shot.
+        seed: seed of everything that is not fixed in the camera body.
+        done: how many effects have been applied to the light.
+        until: stop before the first effect past this quantity.
+    """
+    batch = range(frames.start - camera.history_frames, frames.stop)
+    signal = dataclasses.replace(light, frames=batch)
+    for effect in camera.effects[done:]:
         if effect.quantity().place > until.place:
             break
         signal = _reach(signal, effect.quantity())
-        signal = effect.apply(signal, stream_of(camera, effect, shot, seed, batch, where))
+        stream = stream_of(camera, effect, signal.shot, seed, batch, signal.backend)
+        signal = effect.apply(signal, stream)
     signal = _reach(signal, until)
     if signal.shape[0] == len(batch) and len(batch) > len(frames):
-        return signal.replace(signal.value[camera.history_frames :], frames=frames)
+        return signal.replace(signal.planes.without(camera.history_frames), frames=frames)
     return dataclasses.replace(signal, frames=frames)
 
 
@@ -267,3 +303,9 @@ def pixels_of(camera: Camera, signal: Signal) -> NDArray[Any]:
     else:
         stack = np.asarray(signal.value.numpy()).reshape(signal.shape).astype(kind)
     return np.broadcast_to(stack, (len(signal.frames), *stack.shape[1:]))
+
+
+def begin(signal: Signal) -> None:
+    """Let the arithmetic of the frames run while others are looked at."""
+    if isinstance(signal.numbers, Planes) and signal.backend.jit:
+        dr.eval(signal.numbers.words)

@@ -7,6 +7,7 @@ at each number by itself does not need it; so they are put in order at the first
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,18 +31,24 @@ class Planes:
             the runs of `sensor.neighbours.Runs`.
         shape: (f, H, W) or (f, H, W, 3).
         arrays: the Dr.Jit module they are of.
+        run_in: how many frames more the arrays begin with, which are no part of it.
     """
 
     colours: tuple[tuple[Any, ...], ...]
     shape: tuple[int, ...]
     arrays: ModuleType
+    run_in: int = 0
 
     @classmethod
     def of(cls, tensor: Any, arrays: ModuleType) -> Planes:
-        """The planes of numbers that lie pixel by pixel: a tensor (f, H, W, 3)."""
+        """The planes of numbers that lie pixel by pixel: a tensor (f, H, W) or (f, H, W, 3)."""
         flat, shape = tensor.array, tuple(tensor.shape)
         dr.eval(flat)
         length = run_length(arrays, shape[2])
+        if len(shape) == 3:
+            length = min(length, 4)  # as random numbers come
+            lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // length)
+            return cls(colours=(tuple(fetched(flat, lane, length)),), shape=shape, arrays=arrays)
         lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // (3 * length))
         numbers = [n for k in range(3) for n in fetched(flat, 3 * lane + k, length)]
         return cls(
@@ -51,29 +58,38 @@ class Planes:
     def map(self, change: Callable[[Any], Any]) -> Planes:
         """The planes after a change that looks at each number by itself."""
         colours = tuple(tuple(change(part) for part in parts) for parts in self.colours)
-        return Planes(colours=colours, shape=self.shape, arrays=self.arrays)
+        return dataclasses.replace(self, colours=colours)
+
+    def without(self, run_in: int) -> Planes:
+        """The planes less their first frames."""
+        shape = (self.shape[0] - run_in, *self.shape[1:])
+        return dataclasses.replace(self, shape=shape, run_in=self.run_in + run_in)
 
     @cached_property
     def tensor(self) -> Any:
         """The same numbers pixel by pixel: a tensor of their shape."""
         planes = [interleaved(list(parts)) for parts in self.colours]
-        return self.arrays.TensorXf(interleaved(planes), self.shape)
+        whole = (self.run_in + self.shape[0], *self.shape[1:])
+        tensor = self.arrays.TensorXf(interleaved(planes), whole)
+        return tensor[self.run_in :] if self.run_in else tensor
 
     def as_bytes(self) -> NDArray[np.uint8]:
         """Codes of 0 to 255 as bytes, pixel by pixel. For a JIT backend."""
         import cv2
 
-        words = self._words()
+        words = self.words
         dr.eval(words)
+        runs = self.shape[0] * self.shape[1] * self.shape[2] // len(self.colours[0])
+        numbers = [word.numpy()[-runs:] for word in words]
         if len(words) == 1:
-            return np.asarray(words[0].numpy().view(np.uint8).reshape(self.shape))
+            return np.asarray(numbers[0].view(np.uint8).reshape(self.shape))
         # only moved, never read as numbers
         moved = {1: np.uint8, 4: np.int32, 8: np.float64}
-        numbers = [word.numpy() for word in words]
         merged = cv2.merge([n.view(moved[n.itemsize]).reshape(-1, 1) for n in numbers])
         return np.asarray(merged).view(np.uint8).reshape(self.shape)
 
-    def _words(self) -> list[Any]:
+    @cached_property
+    def words(self) -> list[Any]:
         """The bytes of a run in memory's order, R G B R G B ..., as many words as colours."""
         in_order = [code for pixel in zip(*self.colours, strict=True) for code in pixel]
         if len(in_order) < 4:

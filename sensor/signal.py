@@ -87,6 +87,7 @@ class Signal:
         frames: indices of the frames in the shot; negative ones run in before the first.
         clamp_e: mean dark charge in e- that the optical-black clamp takes off before conversion.
         backend: where the arithmetic runs.
+        least: a bound that no number lies below, where somebody has looked.
     """
 
     numbers: Any
@@ -96,10 +97,15 @@ class Signal:
     frames: range
     backend: Backend
     clamp_e: float = 0.0
+    least: float | None = None
 
     def replace(self, value: Any, **changes: Any) -> Signal:
         """The same signal with other numbers: a tensor, or planes."""
-        return dataclasses.replace(self, numbers=value, **changes)
+        return dataclasses.replace(self, numbers=value, **{"least": None, **changes})
+
+    def looked_at(self) -> Signal:
+        """The same signal, its least number known. Waits for the arithmetic, hence once a shot."""
+        return dataclasses.replace(self, least=float(dr.min(self.value.array)[0]))
 
     @property
     def value(self) -> Any:
@@ -108,9 +114,11 @@ class Signal:
 
     @property
     def planes(self) -> Planes:
-        """The colours of an image with three in every pixel, side by side."""
+        """The mosaic, or three colours, by their place in a run."""
         held = self.numbers
-        return held if isinstance(held, Planes) else Planes.of(held, self.backend.arrays)
+        if isinstance(held, Planes) and not held.run_in:
+            return held
+        return Planes.of(self.value, self.backend.arrays)
 
     def pointwise(self, change: Callable[..., Any], *beside: Any, **changes: Any) -> Signal:
         """The same signal after a change that looks at each number by itself.
@@ -151,7 +159,7 @@ class Signal:
             figure = {c: dr.opaque(self.backend.arrays.Float, numbers[c]) for c in CHANNELS}
             at = [figure[colour] for colour in self.format.cfa]
             return [dr.select(odd_row, at[2 + k], at[k]) for k in (0, 1)] * 2
-        if isinstance(numbers, Planes) and numbers.shape[0] == frames:
+        if isinstance(numbers, Planes) and numbers.shape[0] == frames and not numbers.run_in:
             return numbers.colours[0]
         tensor = numbers.tensor if isinstance(numbers, Planes) else numbers
         flat = self.backend.arrays.Float(tensor.array)

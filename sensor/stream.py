@@ -105,7 +105,8 @@ class Stream:
             means = np.asarray(mean.numpy()).reshape(tuple(mean.shape))
             rows = iter(np.broadcast_to(means, (len(self.frames), *shape)))
             return self._numpy(lambda g: g.poisson(next(rows)).astype(np.float32), use)
-        least = _least(mean) if mean.shape[0] == 1 else 0.0
+        # one look at a mean that all frames share spares every frame the sum for small means
+        least = float(dr.min(mean.array)[0]) if mean.shape[0] == 1 else 0.0
         normal = self.normal(*shape, use=use)
         means = (mean + dr.zeros(type(mean), (len(self.frames), *(1,) * len(shape)))).array
         return type(mean)(poisson_count(means, normal.array, least), normal.shape)
@@ -127,7 +128,9 @@ class Stream:
         noise = self.noise(signal, use) if self.backend.jit else None
         if not isinstance(noise, Planes):
             return signal.replace(self.poisson(signal.value, use))
-        least = _least(signal.value) if signal.shape[0] == 1 else 0.0
+        if signal.least is None and signal.shape[0] == 1:
+            signal = signal.looked_at()
+        least = signal.least or 0.0
         return signal.pointwise(lambda mean, w: poisson_count(mean, w, least), noise)
 
     def _words(self, shape: tuple[int, ...], use: str) -> Words:
@@ -154,8 +157,3 @@ class Stream:
     def _generator(self, frame: int, use: str) -> np.random.Generator:
         counter = np.array([0, 0, 0, frame % 2**32], dtype=np.uint64)
         return np.random.Generator(np.random.Philox(key=self.key(use), counter=counter))
-
-
-def _least(mean: Any) -> float:
-    """The least of means that all frames share: one look spares each the sum for small means."""
-    return float(dr.min(mean.array)[0])

@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.film import Film
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -62,11 +63,8 @@ class DroppedFrames(Effect):
             repeats += unbroken
         source = np.maximum(np.arange(len(signal.frames)) - repeats, 0)
 
-        flat, size = signal.value.array, math.prod(signal.shape[1:])
-        dr.eval(flat)
-        index = dr.uint32_array_t(type(flat))
-        lane = dr.arange(index, dr.width(flat))
-        frame = lane // size
-        shown = dr.gather(index, index(source.astype(np.uint32)), frame)
-        value = dr.gather(type(flat), flat, shown * size + (lane - frame * size))
-        return signal.replace(type(signal.value)(value, signal.shape))
+        def shown(frame: Any) -> Any:
+            index: Any = type(frame)
+            return dr.gather(index, index(source.astype(np.uint32)), frame)
+
+        return signal.replace(Film.of(signal).shown(shown))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import drjit as dr
-
 from sensor.effect import Effect, Stage, parameter
+from sensor.film import Film
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -46,15 +45,6 @@ class ImageLag(Effect):
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         if signal.shape[0] == 1 or self.fraction == 0.0:
             return signal.replace(+signal.value)  # no frame differs from the one before it
-        charge = signal.value.array
-        dr.eval(charge)
-        lane = dr.arange(dr.uint32_array_t(type(charge)), dr.width(charge))
-        frame_size = dr.width(charge) // signal.shape[0]
         f, last = self.fraction, self.history_frames
-        total = (1.0 - f) * charge
-        for back in range(1, last + 1):
-            weight = f**back * (1.0 - f if back < last else 1.0)
-            # frames earlier than the batch only feed frames that the camera cuts off
-            earlier = dr.select(lane >= back * frame_size, lane - back * frame_size, lane)
-            total = total + weight * dr.gather(type(charge), charge, earlier)
-        return signal.replace(type(signal.value)(total, signal.shape))
+        weights = [f**back * (1.0 - f if back < last else 1.0) for back in range(last + 1)]
+        return signal.replace(Film.of(signal).filtered(weights))

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-import drjit as dr
-
 from sensor.effect import Effect, Stage, parameter
+from sensor.film import Film
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -59,16 +58,11 @@ class TemporalFilter(Effect):
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         if signal.shape[0] == 1:
             return signal.replace(signal.value)
-        # sum of a^d over d < 2^m as the product of (1 + a^(2^i) shift^(2^i)) over i < m: the same
-        # additions for a frame in any batch, which the recursion itself would not make
-        flat, size = signal.value.array, math.prod(signal.shape[1:])
-        index = dr.uint32_array_t(type(flat))
-        for doubling in range(self._doublings):
-            dr.eval(flat)
-            back = size << doubling
-            lane = dr.arange(index, dr.width(flat))
-            earlier = dr.gather(type(flat), flat, dr.select(lane < back, lane, lane - back))
-            flat = flat + signal.by_colour(self.carried ** (1 << doubling)) * earlier
-        taken = 1.0 - self.carried ** (1 << self._doublings)
-        scale = signal.by_colour((1.0 - self.carried) / taken)
-        return signal.replace(type(signal.value)(flat * scale, signal.shape))
+        # sum of a^d over d < 2^m as a product of sums over 8 frames each, 1, 8, 64 frames apart
+        scale = (1.0 - self.carried) / (1.0 - self.carried ** (2**self._doublings))
+        for done in range(0, self._doublings, 3):
+            step, terms = 2**done, 2 ** min(3, self._doublings - done)
+            weights = [scale * self.carried ** (step * d) for d in range(terms)]
+            signal = signal.replace(Film.of(signal).filtered(weights, step))
+            scale = 1.0
+        return signal
