@@ -13,7 +13,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from foundation.errors import OutputError
+from foundation.errors import InputError, OutputError
 from foundation.output import refuse_taken, write_checksums
 
 QUESTION = ".question"
@@ -27,7 +27,12 @@ def unfinished(path: Path) -> Path:
 
 @contextlib.contextmanager
 def resumable_folder(
-    path: Path, question: str, *, resume: bool = False, overwrite: bool = False
+    path: Path,
+    question: str,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    keep_refused: bool = True,
 ) -> Iterator[Path]:
     """A folder to fill, kept when the block fails, moved to `path` when it ends well.
 
@@ -36,6 +41,8 @@ def resumable_folder(
         question: what is asked for, such as a specification and versions.
         resume: go on with what a run of the same question left.
         overwrite: throw away what stands there, finished or not.
+        keep_refused: keep it when the block refuses its input too; False where such input can only
+            be mended, which is another question.
 
     Raises:
         OutputError: when the place is taken, in use, cannot be written, or holds another question.
@@ -68,6 +75,10 @@ def resumable_folder(
             work.replace(path)
         except OSError as problem:
             raise _unwritable(work, problem) from None
+        except InputError as problem:
+            if not keep_refused and not isinstance(problem, OutputError):
+                shutil.rmtree(work, ignore_errors=True)
+            raise
 
 
 def _unwritable(path: Path, problem: OSError) -> OutputError:

@@ -82,6 +82,11 @@ def matching(folder: Path, pattern: str) -> list[str]:
     return names
 
 
+def files_of(folder: Path, pattern: str) -> list[str]:
+    """The file, or the files, that a manifest's `frames` names."""
+    return matching(folder, pattern) if _is_glob(pattern) else [pattern]
+
+
 def _is_glob(pattern: str) -> bool:
     return any(mark in pattern for mark in "*?[")
 

@@ -25,6 +25,7 @@ from camtruth import options, terminal
     help="Licence of the frames; CC0-1.0 for simulated ones, to be told for real ones.",
 )
 @options.out("export")
+@options.resume
 @options.as_json
 def command(
     capture: Path,
@@ -32,21 +33,30 @@ def command(
     licence: str | None,
     out: Path,
     overwrite: bool,
+    resume: bool,
     as_json: bool,
 ) -> None:
     """CAPTURE in the format of another program.
 
     With frames.csv, truth.json, the rate images, maps of what is known of every pixel, a licence,
-    a dataset card (Croissant) and checksums: a reader needs nothing of camtruth.
+    a dataset card (Croissant) and checksums: a reader needs nothing of camtruth. It grows in
+    DIR.unfinished and moves to DIR when it is whole; a run that was stopped goes on by --resume.
     """
     from camtruth.exchange import export as exchange
-    from foundation.output import new_folder, refuse_taken
+    from foundation.output import refuse_taken
+    from foundation.resumable import resumable_folder
 
     refuse_taken(out, overwrite=overwrite)
     source, chosen, named = exchange.prepare(capture, format_name, licence)
     frames = sum(stack.count for stack in source.capture.frames)
     with (
-        new_folder(out, overwrite=overwrite) as folder,
+        resumable_folder(
+            out,
+            exchange.asked(source, chosen, named),
+            resume=resume,
+            overwrite=overwrite,
+            keep_refused=False,
+        ) as folder,
         terminal.progress(f"writing {chosen.name}", frames) as advance,
     ):
         made = exchange.export(folder, source, chosen, named, progress=advance)
@@ -58,10 +68,14 @@ def command(
                 "frames_as": chosen.name,
                 "frames": made.frames,
                 "files": made.files,
+                "kept": made.kept,
                 "maps": list(made.maps),
                 "licence": named,
             }
         )
         return
-    click.echo(f"{out}: {made.frames} frames in {made.files} files, {chosen.says}")
+    click.echo(
+        f"{out}: {made.frames} frames in {made.files} files, {chosen.says}"
+        + (f"; {made.kept} files stood there already" if made.kept else "")
+    )
     click.echo(f"Check it with: camtruth verify {out}")

@@ -59,6 +59,7 @@ from camtruth import options, terminal
     help="An area to analyse, in pixels. Repeat for several.",
 )
 @options.out("import")
+@options.resume
 @options.as_json
 def command(
     folder: Path,
@@ -73,17 +74,20 @@ def command(
     given: tuple[str, ...],
     out: Path,
     overwrite: bool,
+    resume: bool,
     as_json: bool,
 ) -> None:
     """The frames in FOLDER as a capture folder.
 
     PNG, TIFF, DNG and camera raw, FITS, video, NPY, Zarr. A folder of single images is a shot; so
     is a file of several frames. Exposures come from EXIF or FITS headers; what no header states is
-    asked for, never guessed. import.json records where every figure came from.
+    asked for, never guessed. import.json records where every figure came from. A run that was
+    stopped goes on by --resume, and reads only the shots that are missing.
     """
     from camtruth.exchange import answers, bringing_in
     from camtruth.exchange import panels as charts
-    from foundation.output import new_folder, refuse_taken
+    from foundation.output import refuse_taken
+    from foundation.resumable import resumable_folder
 
     refuse_taken(out, overwrite=overwrite)
     said = answers.Answers(
@@ -99,7 +103,13 @@ def command(
     said = bringing_in.with_manifest(said, found.manifest)
     answers.settle(found.reels, said)
     answers.camera_of(found.reels, said)
-    with new_folder(out, overwrite=overwrite) as scratch, terminal.progress("reading") as advance:
+    asked = bringing_in.asked(folder, found, said, panels, areas)
+    with (
+        resumable_folder(
+            out, asked, resume=resume, overwrite=overwrite, keep_refused=False
+        ) as scratch,
+        terminal.progress("reading") as advance,
+    ):
         made = bringing_in.bring_in(
             scratch, folder, found, said, panels=panels, given=areas, progress=advance
         )

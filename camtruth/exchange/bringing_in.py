@@ -30,8 +30,9 @@ from camtruth.exchange.answers import (
 )
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.export import SHOTS, SHOTS_FORMAT
+from camtruth.exchange.question import question
 from camtruth.exchange.reels import Reel, discovered, named
-from camtruth.exchange.stack_writer import Written, write_stack
+from camtruth.exchange.stack_writer import Written, stack_once
 from foundation.documents import convert, read_text
 from foundation.errors import DocumentError
 from foundation.output import sha256
@@ -69,10 +70,11 @@ class Found:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class BroughtIn:
-    """What was imported."""
+    """What was imported, and how many of the shots stood there already."""
 
     frames: int
     shots: int
+    kept: int
     pixels: str
     bits: int
     panels: int
@@ -127,6 +129,14 @@ def with_manifest(answers: Answers, manifest: CaptureDocument | None) -> Answers
     )
 
 
+def asked(folder: Path, found: Found, answers: Answers, panels: str, given: Sequence[Panel]) -> str:
+    """What decides the bytes of an import, as text; see `foundation.resumable`."""
+    said = {"import": dataclasses.asdict(answers), "panels": panels, "given": list(given)}
+    files = [file for reel in found.reels for file in reel.files]
+    rates = [shot.rate for shot in (found.manifest.shot if found.manifest else ()) if shot.rate]
+    return question(said, [*files, *(inside(folder, name) for name in (TRUTH, *rates))])
+
+
 def bring_in(
     out: Path,
     folder: Path,
@@ -137,10 +147,10 @@ def bring_in(
     given: Sequence[Panel] = (),
     progress: Progress = lambda frames: None,
 ) -> BroughtIn:
-    """Write a capture into an empty folder; see `foundation.output.new_folder`.
+    """Write a capture into a folder, or what is missing of it; see `foundation.resumable`.
 
     Args:
-        out: the empty folder.
+        out: the folder; shots that stand there are done.
         folder: what is imported; see `look`.
         found: what lies in it.
         answers: what the user and the manifest say; see `with_manifest`.
@@ -155,8 +165,9 @@ def bring_in(
     camera = camera_of(found.reels, answers)
     written = []
     for shot in settled:
-        path = out / f"{shot.reel.label}.npy"
-        made = write_stack(path, shot.reel.label, shot.reel.frames(), answers.shift or 0)
+        made = stack_once(
+            out / f"{shot.reel.label}.npy", shot.reel.label, shot.reel.frames(), answers.shift or 0
+        )
         written.append(made)
         progress(made.count)
     told = [reel.told for reel in found.reels]
@@ -188,6 +199,7 @@ def bring_in(
     return BroughtIn(
         frames=sum(made.count for made in written),
         shots=len(settled),
+        kept=sum(made.kept for made in written),
         pixels=pixels,
         bits=bits,
         panels=len(capture.panels),

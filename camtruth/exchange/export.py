@@ -25,9 +25,11 @@ from pathlib import Path
 from camtruth.exchange.card import CARD, card, licence_url
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.format import Format, FrameFile, format_named
+from camtruth.exchange.question import question
 from camtruth.exchange.readme import readme
 from camtruth.exchange.source import Source, read_source
 from camtruth.exchange.truth_maps import Map, truth_maps
+from foundation.jobs import fingerprint
 from sensor.capture_folder import FORMAT, MANIFEST, TRUTH, write_manifest
 
 FRAMES = "frames"
@@ -59,10 +61,11 @@ Progress = Callable[[int], None]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Exported:
-    """What was written."""
+    """What was written, and how many of the files of frames stood there already."""
 
     frames: int
     files: int
+    kept: int
     maps: tuple[str, ...]
 
 
@@ -90,6 +93,12 @@ def prepare(folder: Path, format_name: str, licence: str | None) -> tuple[Source
     return source, chosen, licence
 
 
+def asked(source: Source, chosen: Format, licence: str) -> str:
+    """What decides the bytes of an export, as text; see `foundation.resumable`."""
+    options = {"export": chosen.name, "licence": licence, "by": fingerprint()}
+    return question(options, source.files)
+
+
 def export(
     out: Path,
     source: Source,
@@ -98,9 +107,9 @@ def export(
     *,
     progress: Progress = lambda frames: None,
 ) -> Exported:
-    """Write a capture into an empty folder; see `foundation.output.new_folder`."""
+    """Write a capture into a folder, or what is missing of it; see `foundation.resumable`."""
     home = out / FRAMES
-    home.mkdir()
+    home.mkdir(exist_ok=True)
     written = []
     for file in chosen.write(home, source):
         written.append(file)
@@ -120,6 +129,7 @@ def export(
     return Exported(
         frames=sum(file.count for file in written),
         files=len(written),
+        kept=sum(file.kept for file in written),
         maps=tuple(known.file for known in maps),
     )
 

@@ -30,12 +30,16 @@ BATCH_BYTES = 16 * 640 * 480 * 3
 
 @dataclass(frozen=True, kw_only=True)
 class FrameFile:
-    """A file and the frames in it: `count` of a shot from frame `first` on."""
+    """A file and the frames in it: `count` of a shot from frame `first` on.
+
+    `kept` where it stood there already, from a run that was stopped.
+    """
 
     name: str
     shot: str
     first: int
     count: int
+    kept: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +52,8 @@ class Format:
         media_type: for the dataset card.
         reading: how to read a file of it with a program that is not ours, in Python.
         pixels: kinds of pixel that it holds.
-        write: writes below a folder, and tells each file when it is done.
+        write: writes below a folder what does not stand there yet, and tells each file when it is
+            done; see `once`.
         stack: where the frames of a shot lie, as a manifest names them.
         native: whether a capture folder may hold such files, or they must be imported first.
     """
@@ -115,6 +120,19 @@ def shot_by_shot(
     return every
 
 
+def once(path: Path, make: Callable[[Path], object]) -> bool:
+    """Make a file or folder whole or not at all, unless it stands there; True where it did.
+
+    It is made under a name that begins with a dot: what a killed run leaves of it is swept away.
+    """
+    if path.exists():
+        return True
+    beside = path.with_name(f".{path.name}")
+    make(beside)
+    beside.replace(path)
+    return False
+
+
 def frame_name(label: str, index: int, ending: str) -> str:
     """The file of one frame: a folder for each shot, names that sort in the order of frames."""
     return f"{label}/{index:07d}.{ending}"
@@ -148,12 +166,16 @@ def one_file_a_frame(
     """
 
     def write(folder: Path, source: Source, frames: Frames) -> Iterator[FrameFile]:
-        (folder / frames.shot.label).mkdir(parents=True)
+        (folder / frames.shot.label).mkdir(parents=True, exist_ok=True)
 
         def make(index: int) -> FrameFile:
             name = frame_name(frames.shot.label, index, ending)
-            save(folder / name, source, frames, np.ascontiguousarray(frames.dn[index]))
-            return FrameFile(name=name, shot=frames.shot.label, first=index, count=1)
+
+            def make_it(path: Path) -> None:
+                save(path, source, frames, np.ascontiguousarray(frames.dn[index]))
+
+            kept = once(folder / name, make_it)
+            return FrameFile(name=name, shot=frames.shot.label, first=index, count=1, kept=kept)
 
         yield from (in_order if packed else map)(make, range(frames.count))
 

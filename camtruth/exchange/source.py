@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from foundation.documents import parse_json, read_text
 from render.rate import RateImage, read_rate
 from sensor.capture_folder import (
+    MANIFEST,
     TRUTH,
     CaptureDocument,
     ShotDocument,
@@ -26,6 +27,7 @@ from sensor.capture_folder import (
 )
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
+from sensor.stack_files import files_of
 from sensor.truth import FORMAT as TRUTH_FORMAT
 
 NOMINAL_INTERVAL_S = Fraction(1, 15)
@@ -52,6 +54,15 @@ class Source:
     def shots(self) -> tuple[tuple[ShotDocument, Frames], ...]:
         """Each shot as the manifest has it, with its frames."""
         return tuple(zip(self.document.shot, self.capture.frames, strict=True))
+
+    @property
+    def files(self) -> list[Path]:
+        """The manifest and all files that it names, with the truth record."""
+        named = [name for shot in self.document.shot for name in (shot.frames, shot.rate) if name]
+        found = [self.folder / MANIFEST, self.folder / TRUTH]
+        for name in dict.fromkeys(named):
+            found += [self.folder / each for each in files_of(self.folder, name)]
+        return found
 
     @property
     def black_dn(self) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
+from camtruth.exchange.format import once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,12 +23,39 @@ class Written:
         shape: of a frame.
         sample_bits: 8 or 16.
         bits_used: every bit that any sample sets, OR-ed together.
+        kept: whether it stood there already.
     """
 
     count: int
     shape: tuple[int, ...]
     sample_bits: int
     bits_used: int
+    kept: bool = False
+
+
+def stack_once(path: Path, label: str, frames: Iterator[NDArray[Any]], shift: int) -> Written:
+    """Write a stack whole or not at all; one that stands there is looked at, not made again.
+
+    Raises:
+        ExchangeError: as `write_stack` does.
+    """
+    made: list[Written] = []
+    once(path, lambda beside: made.append(write_stack(beside, label, frames, shift)))
+    return made[0] if made else _standing(path)
+
+
+def _standing(path: Path) -> Written:
+    stack = np.load(path, mmap_mode="r", allow_pickle=False)
+    used = 0
+    for frame in stack:
+        used |= int(np.bitwise_or.reduce(frame, axis=None))
+    return Written(
+        count=len(stack),
+        shape=stack.shape[1:],
+        sample_bits=8 * stack.dtype.itemsize,
+        bits_used=used,
+        kept=True,
+    )
 
 
 def write_stack(path: Path, label: str, frames: Iterator[NDArray[Any]], shift: int) -> Written:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.format import EVERY_KIND, Format, FrameFile
+from camtruth.exchange.format import EVERY_KIND, Format, FrameFile, once
 from camtruth.exchange.source import Source
 from foundation.panel import Panel
 from sensor.frames import Frames
@@ -70,7 +70,7 @@ def write(folder: Path, source: Source) -> Iterator[FrameFile]:
         lit = [point for point in points if not point.frames.shot.dark]
         middle = min(lit, key=lambda point: abs(point.mean_dn - source.top_dn / 2))
         home = folder / lattice.name
-        home.mkdir()
+        home.mkdir(exist_ok=True)
         lines = _head(source, lattice, middle)
         for point in points:
             if point.frames.shot.dark and point.area != middle.area:
@@ -81,24 +81,29 @@ def write(folder: Path, source: Source) -> Iterator[FrameFile]:
             count = point.frames.count if spatial else TEMPORAL_FRAMES
             for index in range(count):
                 name = f"{point.area.name}/{point.frames.shot.label}-{index:05d}.png"
-                _save(home / name, point.frames.dn[index : index + 1], lattice, point.area)
+                kept = _save(home / name, point.frames.dn[index : index + 1], lattice, point.area)
                 names.append(name)
                 yield FrameFile(
                     name=f"{lattice.name}/{name}",
                     shot=point.frames.shot.label,
                     first=index,
                     count=1,
+                    kept=kept,
                 )
             lines += _lines(point, names[:TEMPORAL_FRAMES])
             lines += _lines(point, names) if spatial else []
         (home / DESCRIPTOR).write_text("\n".join(lines) + "\n", encoding="ascii", errors="replace")
 
 
-def _save(path: Path, frame: NDArray[Any], lattice: Lattice, area: Panel) -> None:
+def _save(path: Path, frame: NDArray[Any], lattice: Lattice, area: Panel) -> bool:
     path.parent.mkdir(exist_ok=True)
-    rows, columns = area.window
-    crop = np.ascontiguousarray(lattice.of(frame[:, rows, columns])[0])
-    Image.fromarray(crop).save(path, format="PNG")
+
+    def make(beside: Path) -> None:
+        rows, columns = area.window
+        crop = np.ascontiguousarray(lattice.of(frame[:, rows, columns])[0])
+        Image.fromarray(crop).save(beside, format="PNG")
+
+    return once(path, make)
 
 
 def _head(source: Source, lattice: Lattice, middle: Point) -> list[str]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.format import EVERY_KIND, Format, FrameFile
+from camtruth.exchange.format import EVERY_KIND, Format, FrameFile, once
 from camtruth.exchange.source import Source
 from sensor.capture_folder import inside
 
@@ -26,9 +27,10 @@ def write(folder: Path, source: Source) -> Iterator[FrameFile]:
         )
     for lamp in source.rates:
         name = f"rate-{lamp}.exr"
-        shutil.copyfile(inside(source.folder, source.rate_files[lamp]), folder / name)
+        light = inside(source.folder, source.rate_files[lamp])
+        kept = once(folder / name, partial(shutil.copyfile, light))
         shot = next(shot for shot in source.document.shot if shot.light == (lamp,))
-        yield FrameFile(name=name, shot=shot.label, first=0, count=0)
+        yield FrameFile(name=name, shot=shot.label, first=0, count=0, kept=kept)
 
 
 FORMAT = Format(

@@ -12,7 +12,14 @@ from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
-from camtruth.exchange.format import EVERY_KIND, Format, FrameFile, pieces, shot_by_shot
+from camtruth.exchange.format import (
+    EVERY_KIND,
+    Format,
+    FrameFile,
+    once,
+    pieces,
+    shot_by_shot,
+)
 from camtruth.exchange.library import library
 from camtruth.exchange.source import NOMINAL_INTERVAL_S, Source
 from sensor.frames import Frames
@@ -33,16 +40,20 @@ def write(folder: Path, _: Source, frames: Frames) -> Iterator[FrameFile]:
     rate = 1 / (Fraction(interval).limit_denominator(100_000) if interval else NOMINAL_INTERVAL_S)
     given = "rgb24" if frames.demosaiced else "gray" if frames.dn.itemsize == 1 else "gray16le"
     stored = "bgr0" if frames.demosaiced else given
-    with av.open(str(folder / name), "w", format="matroska", container_options=BIT_EXACT) as file:
-        stream = file.add_stream("ffv1", rate=rate, options=OPTIONS)
-        stream.width, stream.height, stream.pix_fmt = frames.width, frames.height, stored
-        stream.codec_context.flags |= av.codec.context.Flags.bitexact
-        for _first, piece in pieces(frames):
-            for frame in piece:
-                picture = av.VideoFrame.from_ndarray(frame, format=given)
-                file.mux(stream.encode(picture.reformat(format=stored)))
-        file.mux(stream.encode(None))
-    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count)
+
+    def make(path: Path) -> None:
+        with av.open(str(path), "w", format="matroska", container_options=BIT_EXACT) as file:
+            stream = file.add_stream("ffv1", rate=rate, options=OPTIONS)
+            stream.width, stream.height, stream.pix_fmt = frames.width, frames.height, stored
+            stream.codec_context.flags |= av.codec.context.Flags.bitexact
+            for _first, piece in pieces(frames):
+                for frame in piece:
+                    picture = av.VideoFrame.from_ndarray(frame, format=given)
+                    file.mux(stream.encode(picture.reformat(format=stored)))
+            file.mux(stream.encode(None))
+
+    kept = once(folder / name, make)
+    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count, kept=kept)
 
 
 FORMAT = Format(

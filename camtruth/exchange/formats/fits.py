@@ -10,7 +10,14 @@ import numpy as np
 from astropy.io import fits
 from numpy.typing import NDArray
 
-from camtruth.exchange.format import EVERY_KIND, Format, FrameFile, pieces, shot_by_shot
+from camtruth.exchange.format import (
+    EVERY_KIND,
+    Format,
+    FrameFile,
+    once,
+    pieces,
+    shot_by_shot,
+)
 from camtruth.exchange.source import Source
 from sensor.frames import Frames
 
@@ -69,13 +76,17 @@ def _stored(piece: NDArray[Any]) -> bytes:
 def write(folder: Path, source: Source, frames: Frames) -> Iterator[FrameFile]:
     """Write a shot, piece by piece, so that memory does not grow with the frames."""
     name = f"{frames.shot.label}.fits"
-    written = 0
-    with (folder / name).open("wb") as stream:
-        stream.write(header(source, frames).tostring().encode("ascii"))
-        for _, piece in pieces(frames):
-            written += stream.write(_stored(piece))
-        stream.write(bytes(-written % BLOCK))
-    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count)
+
+    def make(path: Path) -> None:
+        written = 0
+        with path.open("wb") as stream:
+            stream.write(header(source, frames).tostring().encode("ascii"))
+            for _, piece in pieces(frames):
+                written += stream.write(_stored(piece))
+            stream.write(bytes(-written % BLOCK))
+
+    kept = once(folder / name, make)
+    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count, kept=kept)
 
 
 FORMAT = Format(

@@ -7,7 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from camtruth.exchange.format import EVERY_KIND, Format, FrameFile, pieces, shot_by_shot
+from camtruth.exchange.format import (
+    EVERY_KIND,
+    Format,
+    FrameFile,
+    once,
+    pieces,
+    shot_by_shot,
+)
 from camtruth.exchange.source import Source
 from sensor.frames import Frames
 
@@ -20,11 +27,15 @@ def write(folder: Path, _: Source, frames: Frames) -> Iterator[FrameFile]:
         "fortran_order": False,
         "shape": frames.dn.shape,
     }
-    with (folder / name).open("wb") as stream:
-        np.lib.format.write_array_header_1_0(stream, header)
-        for _first, piece in pieces(frames):
-            stream.write(piece.data)
-    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count)
+
+    def make(path: Path) -> None:
+        with path.open("wb") as stream:
+            np.lib.format.write_array_header_1_0(stream, header)
+            for _first, piece in pieces(frames):
+                stream.write(piece.data)
+
+    kept = once(folder / name, make)
+    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count, kept=kept)
 
 
 FORMAT = Format(
