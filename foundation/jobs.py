@@ -38,7 +38,7 @@ from typing import Any, TypeVar
 
 from foundation.backend import backend
 from foundation.errors import InputError
-from foundation.journal import Journal
+from foundation.journal import Journal, put_in_order
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
@@ -95,7 +95,8 @@ def run(
         shared: what all cases need, such as rate images; picklable.
         scheduler: address of a Dask scheduler, `PROCESSES`, or None for this process.
         threads: cases at once in this process; one per core by default.
-        journal: file that keeps results as they come. What stands in it is not computed again.
+        journal: file that keeps results as they come, in the order of the cases when all of
+            them, and no others, are there. What stands in it is not computed again.
             Results must be plain JSON data then.
         question: what decides the results besides the key; a journal of another is refused.
         progress: told the number of cases just finished.
@@ -113,6 +114,8 @@ def run(
         for key, result in _computed(work, missing, shared, scheduler, threads or cores()):
             done[key] = kept.append(key, result) if kept else result
             progress(1)
+    if journal:
+        put_in_order(journal, cases)
     return {key: done[key] for key in cases}
 
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
 from foundation.documents import parse_json
 from foundation.errors import OutputError
+from foundation.output import new_file
 
 FORMAT = "camtruth-journal/1"
 
@@ -68,6 +69,23 @@ class Journal:
         self.stream.write(json.dumps(document, allow_nan=False).encode() + b"\n")
         self.stream.flush()
         os.fsync(self.stream.fileno())
+
+
+def put_in_order(path: Path, keys: Iterable[str]) -> None:
+    """Sort the lines of a journal of these keys: the same bytes, whoever came first.
+
+    One that holds others as well is left as it is: it grows from run to run.
+
+    Raises:
+        OutputError: when it cannot be written.
+    """
+    head, *lines = path.read_bytes().splitlines(keepends=True)
+    by_key = {json.loads(line)["key"]: line for line in lines}
+    wanted = list(keys)
+    if set(wanted) == set(by_key) and list(by_key) != wanted:
+        ordered = [by_key[key] for key in wanted]
+        with new_file(path) as scratch:
+            scratch.write_bytes(b"".join([head, *ordered]))
 
 
 def _read(path: Path, question: str) -> tuple[int, dict[str, Any]]:

@@ -121,6 +121,18 @@ def test_a_stopped_run_computes_only_what_is_missing(alone: str, tmp_path: Path)
     assert len(journal.read_text().splitlines()) == 1 + len(SEEDS)
 
 
+def test_a_journal_of_threads_is_that_of_one(tmp_path: Path) -> None:
+    """Whoever came first; a journal that holds more keeps its order."""
+    whole, threads = tmp_path / "whole.jsonl", tmp_path / "threads.jsonl"
+    run(draws(), SEEDS, shared=2.0, journal=whole, threads=1)
+    backwards = dict(reversed(SEEDS.items()))
+    run(draws(), dict(list(backwards.items())[:9]), shared=2.0, journal=threads, threads=1)
+    run(draws(0.002), SEEDS, shared=2.0, journal=threads, threads=3)
+    assert threads.read_bytes() == whole.read_bytes()
+    run(draws(), dict(list(backwards.items())[:9]), shared=2.0, journal=threads, threads=1)
+    assert threads.read_bytes() == whole.read_bytes()
+
+
 def test_a_journal_of_another_question_is_refused(tmp_path: Path) -> None:
     journal = tmp_path / "results.jsonl"
     run(draws(), SEEDS, shared=2.0, journal=journal, question="one")

@@ -29,7 +29,7 @@ def page(rows: Rows, found: Mapping[str, Any], command: str) -> str:
     sections = [Section(title="Findings", text=found["findings"])]
     for k, (title, text, figure) in enumerate(figures):
         if figure is not None:
-            html = figure.to_html(full_html=False, include_plotlyjs=k == 0)
+            html = figure.to_html(full_html=False, include_plotlyjs=k == 0, div_id=f"figure-{k}")
             sections.append(Section(title=title, text=(text,), interactive=html))
     sections.append(
         Section(
