@@ -8,6 +8,7 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from analysis.gap.base import Base
 from analysis.gap.calibrate import blocks_of
 from analysis.gap.light import lamp_of
-from analysis.gap.observe import Observation
+from analysis.gap.observe import Key, Observation
 from analysis.gap.space import Space
 from analysis.gap.twin import Scenery, exposure_of, twin
 from sensor.effect import Effect, Parameter
@@ -233,18 +234,38 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
     """What a change does to figures and block means, as far as all random numbers agree on it.
 
     Differences of twins with the same random numbers still have noise, from rounding above all, and
-    a thousand small errors of a direction are as bad as one large error. The mean m of a figure is
-    drawn to zero by 1 - (e / m)^2 for its standard error e, to zero where m is within its error.
+    a thousand small errors of a direction are as bad as one large error: they would make it longer,
+    and whatever is measured along it too small. The mean m of a figure with standard error e is
+    drawn to zero by 1 - (e / m)^2, and once more by what all figures of one kind together have of
+    that ratio: a kind of figure that does not move says so by its many members.
     """
-
     pairs = list(zip(before, after, strict=True))
     figures = np.array([(b.figures - a.figures).mean(axis=0) for a, b in pairs])
     means = np.array([(b.means - a.means).mean(axis=0) for a, b in pairs])
-    mean, square = figures.mean(axis=0), figures.var(axis=0)
-    if len(pairs) > 1:
-        square = figures.var(axis=0, ddof=1) / len(pairs)
-    drawn = mean * np.maximum(0.0, 1.0 - square / np.maximum(mean**2, 1e-300))
-    return np.asarray(drawn), _coherent(means)
+    if len(pairs) == 1:
+        return figures[0], means[0]
+    mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(pairs)
+    drawn = np.zeros_like(mean)
+    for places in _alike(before[0].keys):
+        own, noise = mean[places], square[places]
+        noise = (noise + BORROWED * noise.mean()) / (1 + BORROWED)
+        ratio = np.square(own) / np.maximum(noise, 1e-300)
+        of_kind = max(0.0, 1.0 - 1.0 / max(float(ratio.mean()), 1e-300))
+        drawn[places] = own * of_kind * np.maximum(0.0, 1.0 - 1.0 / np.maximum(ratio, 1e-300))
+    return drawn, _coherent(means)
+
+
+BORROWED = 3.0
+"""Weight of the others of its kind in the noise of a figure's change, against its own."""
+
+
+@functools.lru_cache(maxsize=8)
+def _alike(keys: tuple[Key, ...]) -> list[NDArray[np.intp]]:
+    """Places of the figures of each kind: one statistic, in all shots and lattices."""
+    kinds: dict[tuple[str, str], list[int]] = {}
+    for place, key in enumerate(keys):
+        kinds.setdefault((key.family, key.statistic), []).append(place)
+    return [np.array(places) for places in kinds.values()]
 
 
 def _coherent(images: Floats) -> Floats:

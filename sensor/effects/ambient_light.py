@@ -44,6 +44,7 @@ class AmbientLight(Effect):
         unit="1",
         minimum=0.0,
         maximum=1.0,
+        starts=(1.0, 0.0),
         doc="part of it that is left in dark shots: 1 with the lamp off, 0 with the cap on",
     )
 
