@@ -128,8 +128,8 @@ class Stream:
         noise = self.noise(signal, use) if self.backend.jit else None
         if not isinstance(noise, Planes):
             return signal.replace(self.poisson(signal.value, use))
-        if signal.least is None and signal.shape[0] == 1:
-            signal = signal.looked_at()
+        if signal.least is None and not isinstance(signal.numbers, Planes):
+            signal = signal.looked_at()  # it spares every pixel the sum for small means
         least = signal.least or 0.0
         return signal.pointwise(lambda mean, w: poisson_count(mean, w, least), noise)
 

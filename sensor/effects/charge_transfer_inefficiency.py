@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
-from sensor.neighbours import Neighbours
+from sensor.limits import at_least, lesser
+from sensor.neighbours import Runs, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -60,25 +61,51 @@ class ChargeTransferInefficiency(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        shifted = self.trailing(signal, self.vertical_per_transfer, dy=1, dx=0)
-        return self.trailing(shifted, self.horizontal_per_transfer, dy=0, dx=1)
+        shifted = self._down(signal, self.vertical_per_transfer)
+        return self._across(shifted, self.horizontal_per_transfer)
 
-    def trailing(self, signal: Signal, per_transfer: float, *, dy: int, dx: int) -> Signal:
-        """The charge after the transfers in one direction; packets behind are at (dy, dx)."""
-        near = Neighbours(signal)
-        transfers = near.row + 1 if dy else near.column + 1
-        ahead = near.flat_at(-dy, -dx)
-        left = self.left(near.flat, transfers, per_transfer)
-        received = self.left(ahead, transfers - 1, per_transfer)  # none for the very first packet
-        return signal.replace(near.tensor(near.flat - left + received, signal.shape))
+    def _down(self, signal: Signal, per_transfer: float) -> Signal:
+        """The charge after the transfers down the columns; packets ahead are one row above."""
+        runs = Runs(signal)
+        transfers = type(runs.flat)(runs.row + 1) * per_transfer
+        before = type(runs.flat)(runs.row) * per_transfer  # none for the very first packet
+        here, ahead = runs.line(0)[1:-1], runs.line(-1)[1:-1]
+        return self._replaced(
+            signal,
+            [
+                own
+                - self._left(own, self._share(own), transfers)
+                + self._left(other, self._share(other), before)
+                for own, other in zip(here, ahead, strict=True)
+            ],
+        )
 
-    def left(self, charge: Any, transfers: Any, per_transfer: float) -> Any:
-        """Charge that packets leave behind in so many transfers; flat."""
-        share = type(charge)(transfers) * per_transfer
-        if self.beta != 1.0:
-            packet = dr.maximum(charge, 1.0) * (1 / REFERENCE_E)
-            share = share * dr.exp2((self.beta - 1.0) * dr.log2(packet))
-        return charge * dr.minimum(share, 0.5)
+    def _across(self, signal: Signal, per_transfer: float) -> Signal:
+        """The charge after the transfers along the rows; packets ahead stand to the left."""
+        runs = Runs(signal)
+        line = runs.line(0)[:-1]
+        shares = [self._share(charge) for charge in line]
+        after = []
+        for k in range(runs.length):
+            transfers = type(runs.flat)(runs.first + (k + 1)) * per_transfer
+            before = type(runs.flat)(runs.first + k) * per_transfer
+            lost = self._left(line[k + 1], shares[k + 1], transfers)
+            after.append(line[k + 1] - lost + self._left(line[k], shares[k], before))
+        return self._replaced(signal, after)
+
+    def _replaced(self, signal: Signal, runs: list[Any]) -> Signal:
+        return signal.replace(type(signal.value)(interleaved(runs), signal.shape))
+
+    def _share(self, charge: Any) -> Any:
+        """How the share that stays behind at a transfer differs from that of `REFERENCE_E`."""
+        if self.beta == 1.0:
+            return 1.0
+        packet = at_least(charge, 1.0) * (1 / REFERENCE_E)
+        return dr.exp2((self.beta - 1.0) * dr.log2(packet))
+
+    def _left(self, charge: Any, share: Any, transfers: Any) -> Any:
+        """Charge that packets leave behind in transfers of so many times the share, together."""
+        return charge * lesser(transfers * share, 0.5)
 
 
 REFERENCE_E = 10_000.0

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.limits import greater, lesser
 from sensor.neighbours import Neighbours
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -50,10 +51,10 @@ class DefectCorrection(Effect):
         low, high = _sorted_four(values[:4]), _sorted_four(values[4:])
         # the four smallest of eight are min(a_i, b_(3-i)) of two sorted fours, the largest the max
         pairs = list(zip(low, reversed(high), strict=True))
-        lower, upper = dr.minimum(*pairs[0]), dr.maximum(*pairs[0])
+        lower, upper = lesser(*pairs[0]), greater(*pairs[0])
         for a, b in pairs[1:]:
-            lower = dr.maximum(lower, dr.minimum(a, b))
-            upper = dr.minimum(upper, dr.maximum(a, b))
+            lower = greater(lower, lesser(a, b))
+            upper = lesser(upper, greater(a, b))
         median = 0.5 * (lower + upper)
         own = near.flat_at(0, 0)
         threshold = signal.backend.tensor([self.threshold_dn]).array
@@ -65,5 +66,5 @@ def _sorted_four(values: list[Any]) -> list[Any]:
     """Four arrays in ascending order, lane by lane, by the network of five exchanges."""
     v = list(values)
     for i, j in ((0, 1), (2, 3), (0, 2), (1, 3), (1, 2)):
-        v[i], v[j] = dr.minimum(v[i], v[j]), dr.maximum(v[i], v[j])
+        v[i], v[j] = lesser(v[i], v[j]), greater(v[i], v[j])
     return v

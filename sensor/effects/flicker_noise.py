@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import drjit as dr
 
+from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -55,7 +56,8 @@ class FlickerNoise(Effect):
         pixels = height * width
         octaves = max(_COARSE + 1, math.ceil(math.log2(pixels)))
         counts = [(pixels >> j) + 3 for j in range(1, octaves)]
-        numbers = stream.normal(sum(counts), use="held").array
+        drawn = -(-sum(counts) // 4) * 4  # as they come: none is cut off and none moved
+        numbers = stream.normal(drawn, use="held").array
         cuts = stream.uniform(2, use="cuts").array
         dr.eval(numbers, cuts)
         flat = type(numbers)
@@ -66,7 +68,7 @@ class FlickerNoise(Effect):
             total: Any = 0.0
             for j in range(first, last):
                 hold = ((place + cut) >> (j - unit)) - (cut >> (j - unit))
-                before = frame * sum(counts) + sum(counts[: j - 1])
+                before = frame * drawn + sum(counts[: j - 1])
                 total = total + dr.gather(flat, numbers, before + hold)
             return total
 
@@ -86,7 +88,12 @@ class FlickerNoise(Effect):
         fine = held(frame, place, 1, _COARSE, 0, low)
         fine = fine + dr.gather(flat, coarse, frame * cells + ((place + low) >> _COARSE))
 
-        slow = type(signal.value)(fine, (batch, height, width))
-        white = math.sqrt(_WHITE_SHARE) * stream.normal(height, width, use="white")
-        strength = signal.by_colour(self.sigma_e) / math.sqrt(octaves - 1 + _WHITE_SHARE)
-        return signal.replace(signal.value + strength * (white + slow))
+        slow = signal.backend.arrays.TensorXf(fine, (batch, height, width))
+        share, whole = math.sqrt(_WHITE_SHARE), math.sqrt(octaves - 1 + _WHITE_SHARE)
+        strength = Colours.of(self.sigma_e).map(lambda sigma: sigma / whole)
+        return signal.pointwise(
+            lambda e, sigma, held, white: e + sigma * (share * white + held),
+            strength,
+            slow,
+            stream.noise(signal, use="white"),
+        )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import drjit as dr
+import numpy as np
 
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
@@ -64,6 +65,6 @@ class Smear(Effect):
         dr.eval(mean)
         frame, _, column = signal.coordinates()
         added = dr.gather(type(mean), mean, frame * signal.shape[2] + column)
-        return signal.replace(
-            signal.value + stream.poisson(type(signal.value)(added, signal.shape))
-        )
+        leaked = type(signal.value)(added, signal.shape)
+        known = signal.replace(leaked, least=float(np.min(mean.numpy())))
+        return signal.pointwise(lambda e, leak: e + leak, stream.counts(known).numbers)
