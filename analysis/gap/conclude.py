@@ -27,8 +27,8 @@ from sensor.colours import Colours
 from sensor.effect import Parameter
 
 DOUBT = 0.45
-"""Factor of the probabilities of suspects none of which may be named: the best of them is, more
-likely than not, not the cause."""
+"""Factor of a probability that is to stay below one half: of suspects none of which may be named,
+and of effects that were added to another one without closing the gap."""
 
 MOST_CERTAIN = 0.99
 
@@ -96,8 +96,10 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     total = float(before.rod.spread.expected.sum())
     return GapReport(
         verdict=word,
-        effects=tuple(_named(choice, word, gap, found.models[-1], after)
-                      for choice in found.choices),
+        effects=tuple(
+            _named(choice, _trust(word, gap, later=k > 0), found.models[-1], after)
+            for k, choice in enumerate(found.choices)
+        ),
         candidates=tuple(
             Suspect(
                 name=c.name,
@@ -124,13 +126,25 @@ def _wanted(word: str, found: Trail) -> str | None:
     return next_capture([name for names in confused for name in names]) if confused else None
 
 
-def _named(choice: Choice, word: str, gap: Gap, model: Fit, after: Measured) -> Named:
+def _trust(word: str, gap: Gap, *, later: bool) -> float:
+    """Factor of the probability of an effect, by what is left once all are added.
+
+    Where something is left, the first one's model is not quite that of the camera, and whoever
+    comes later may only be mending it.
+    """
+    if word == "explained":
+        return 1.0
+    if later:
+        return DOUBT
+    if gap.at_floor:
+        return 1.0
+    closed = float(np.clip((gap.shrink - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
+    return LEAST_TRUST + (1 - LEAST_TRUST) * closed
+
+
+def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
     best = choice.best
     effect = next(e for e in model.effects if e.name == best.name)
-    trust = 1.0
-    if word != "explained" and not gap.at_floor:
-        closed = float(np.clip((gap.shrink - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
-        trust = LEAST_TRUST + (1 - LEAST_TRUST) * closed
 
     def figure(p: Parameter) -> Figure:
         """After the last step of the fit, with a standard error where it was fitted."""
