@@ -14,11 +14,14 @@ import numpy as np
 
 from benchmarks.peers import ELECTRONS, EXPOSURE_S, PEERS, missing, plain_numpy
 from foundation.backend import backend
-from sensor.camera import Camera
+from sensor.camera import Camera, exposed, lit
 from sensor.camera_file import load
 from sensor.catalogue import effect
+from sensor.planes import Planes
 from sensor.protocol import Shot
-from sensor.record import take
+from sensor.record import batches, take
+from sensor.signal import Quantity
+from sensor.stream import Stream
 
 ROUNDS = 5
 PEER_FRAMES = 4
@@ -86,17 +89,21 @@ def random_numbers(frames: int) -> None:
     """Two normal numbers for every pixel, drawn in batches like a camera's, and nothing else."""
     import drjit as dr
 
-    from sensor.stream import Stream
-
-    for first in range(0, frames, 16):
-        many = range(first, min(first + 16, frames))
-        sums: list[Any] = []
+    camera, shot = mosaic_camera(), Shot(label="dark", exposure_s=EXPOSURE_S, frames=frames)
+    sensor = exposed(
+        camera, lit(camera, shot, {}, backend()), range(1), seed=1, until=Quantity.RATE
+    )
+    mosaic = sensor.replace(backend().tensor(np.zeros((1, camera.height, camera.width))))
+    for batch in batches(camera, shot):
+        total: Any = 0.0
         for name in ("photon_shot", "read_noise"):
             stream = Stream(
-                backend=backend(), seed=1, body_seed=0, effect=name, shot="lit", frames=many
+                backend=backend(), seed=1, body_seed=0, effect=name, shot="lit", frames=batch
             )
-            sums.append(stream.normal(480, 640).array)
-        dr.eval(sums)
+            drawn = stream.noise(mosaic)
+            parts = drawn.colours[0] if isinstance(drawn, Planes) else (drawn.array,)
+            total = sum(parts, start=total)
+        dr.eval(total)
         dr.sync_thread()
 
 

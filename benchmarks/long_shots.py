@@ -23,7 +23,7 @@ from pathlib import Path
 from benchmarks.camera import frames_of
 from sensor.camera_file import load
 camera, frames = load("icx098"), int(sys.argv[1])
-frames_of(camera, frames if frames < 16 else 16 + frames % 16)
+frames_of(camera, frames if frames < 32 else 32 + frames % 32)
 started = time.perf_counter()
 frames_of(camera, frames)
 seconds = time.perf_counter() - started

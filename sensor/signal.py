@@ -134,7 +134,9 @@ class Signal:
             return self.replace(held.map(change), **changes)
         if not beside:
             return self.replace(type(held)(change(held.array), self.shape), **changes)
-        if self.coloured or not any(isinstance(n, Planes) for n in (held, *beside)):
+        fours = self.backend.jit and not self.coloured and self.shape[2] % 4 == 0
+        drawn = any(isinstance(n, Planes) for n in (held, *beside))
+        if not fours or not (drawn or self.shape[0] > 1):
             return self.replace(change(self.value, *map(self.by_colour, beside)), **changes)
         shapes = [n.shape for n in (held, *beside) if not isinstance(n, (int, float, Colours))]
         frames = max(shape[0] for shape in shapes)
