@@ -390,6 +390,20 @@ def test_sharpening_makes_neighbours_disagree() -> None:
     assert change.std() > 1
 
 
+@pytest.mark.parametrize("passes", [1, 2, 3])
+@pytest.mark.parametrize("each_colour", [0, 1])
+def test_a_wider_sharpening_lacks_what_so_many_passes_soften(passes: int, each_colour: int) -> None:
+    """a (x - x * B^n), of luma for all colours or of each colour; by another program's filter."""
+    before = noise_on(100.0, 10.0, 2, 32, 32, 3)
+    source = before if each_colour else (before @ [0.299, 0.587, 0.114])[..., None]
+    soft = source
+    for _ in range(passes):
+        for axis in (1, 2):
+            soft = ndimage.correlate1d(soft, [0.25, 0.5, 0.25], axis=axis, mode="mirror")
+    sharp = Sharpening(amount=0.7, passes=float(passes), each_colour=float(each_colour))
+    assert np.allclose(applied(sharp, before), before + 0.7 * (source - soft), atol=1e-3)
+
+
 def test_spatial_denoise_keeps_an_edge_that_a_blur_softens() -> None:
     sigma, step, strength = 2.0, 60.0, 1.0
     left = (1 - 8 * strength / 9) ** 2 + 8 * (strength / 9) ** 2

@@ -22,7 +22,10 @@ FINAL_SEEDS = tuple(range(SEEDS[0], SEEDS[0] + 3))
 
 STRENGTH_ROUNDS = 2
 CLOSE = 0.03
+SHAPE_ROUNDS = 3
 WORTH_A_SHAPE = 6.0
+SHAPED = 0.02
+"""Part of chi-squared that a round of shaping must take off."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,11 +78,14 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
 
     best = strengthened(_numbered(attempt, attempt(found.effect, case.known.base)))
     best = _balanced(case, best, response, attempt)
-    free = free_parameters(best.effect)
-    if len(free) > 1:
+    for _ in range(SHAPE_ROUNDS):
+        free = free_parameters(best.effect)
+        if len(free) < 2:
+            break
         shaped = _reshaped(case, best, free, attempt)
-        if shaped.chi2 < best.chi2 - WORTH_A_SHAPE:
-            best = strengthened(shaped)
+        if shaped.chi2 > best.chi2 - max(WORTH_A_SHAPE, SHAPED * best.chi2):
+            break
+        best = strengthened(shaped)
     if best.chi2 > MISFIT * float(case.fitting.spread.expected.sum()):
         # the base has come far from where its directions were read: it is calibrated anew
         effects = (*case.known.effects, best.effect)
