@@ -27,7 +27,7 @@ ROUNDS = 5
 PEER_FRAMES = 4
 FRAMES = {"cuda": 256, "llvm": 128, "scalar": 8}
 TARGET_MS = 1.0
-PROMISED_FASTER = {"cuda": 5.0, "llvm": 5.0, "scalar": 0.1}
+PROMISED_FASTER = {"cuda": 10.0, "llvm": 10.0, "scalar": 0.1}
 
 
 def ratios() -> Iterator[tuple[str, float, float | None]]:

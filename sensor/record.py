@@ -15,7 +15,7 @@ from sensor.protocol import Protocol, Shot
 from sensor.signal import Signal
 
 BATCH_PIXELS = 32 * 640 * 480
-"""Pixels simulated at once: 32 frames of the paper's size. Memory is some 300 MB then; fewer cost
+"""Pixels simulated at once: 32 frames of the paper's size. Memory is some 400 MB then; fewer cost
 time for the frames that run in, and more fit in no cache."""
 
 Progress = Callable[[int], None]
