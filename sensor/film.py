@@ -15,7 +15,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from sensor.neighbours import fetched, interleaved
+from sensor.neighbours import fetched, interleaved, run_length
 from sensor.planes import Planes
 from sensor.signal import Signal
 
@@ -70,8 +70,9 @@ def _in_a_loop(flat: Any, frames: int, weights: Sequence[float], step: int) -> A
     """The filter for frames on a JIT backend: a lane goes along every frame that is `step` on."""
     kind, index = type(flat), dr.uint32_array_t(type(flat))
     size = dr.width(flat) // frames
-    length = 4 if size % 4 == 0 else 1
-    pack = importlib.import_module(kind.__module__).Array4f if length == 4 else None
+    arrays = importlib.import_module(kind.__module__)
+    length = run_length(arrays, size)
+    pack = {8: arrays.ArrayXf, 4: arrays.Array4f}.get(length)
     runs = size // length
     lane = dr.arange(index, runs * min(step, frames))
     phase = lane // runs
