@@ -129,7 +129,7 @@ def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
     )
     setting = look(Capture(camera="another", frames=stacks), {"lamp": light()})
     assert setting is not None
-    assert setting.scenery.body.arithmetic == (2 if whole else 0)
+    assert setting.arithmetic == (2 if whole else 0)
     found = measured(calibrated(setting, None), setting.seen).whole
     assert found.p_value > 1e-3, found
 

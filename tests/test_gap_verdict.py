@@ -33,6 +33,7 @@ BASE = Base(
     black_dn=np.zeros(1),
     dark_e_per_s=0.0,
     shown_e_per_s=0.0,
+    arithmetic=0,
     blur_px2=0.0,
     level={},
 )
@@ -41,7 +42,7 @@ BASE = Base(
 def candidate(name: str, score: float) -> Candidate:
     """A suspect with a score and nothing else."""
     return Candidate(
-        effect=catalogue()[name](), base=BASE, score=score, forward=score, absorbed=0.0
+        effect=catalogue()[name](), base=BASE, score=score, forward=score, absorbed=0.0, misfit=1.0
     )
 
 

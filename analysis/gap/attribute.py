@@ -11,7 +11,7 @@ from analysis.gap.case import Candidate, Case, candidate
 from analysis.gap.fit import SEEDS
 from analysis.gap.hints import Hints
 from analysis.gap.observe import Observation
-from analysis.gap.pursue import FINAL_SEEDS, pursue
+from analysis.gap.pursue import FINAL_SEEDS, anew, pursue
 from analysis.gap.suspects import (
     Evidence,
     Signature,
@@ -34,6 +34,12 @@ ADAPTED = 7
 FINALISTS = 3
 NEAR = 0.2
 """A suspect with less than this part of the best score is no finalist."""
+
+MISFIT = 1.2
+"""Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
+
+RIVAL = 0.5
+"""Part of the best score from which another one is its rival."""
 
 WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
@@ -94,6 +100,11 @@ def attribute(
     for found in finalists:
         watch(found.name)
         candidates.append(pursue(case, found, many))
+    candidates.sort(key=lambda c: -c.score)
+    for k, one in enumerate(candidates):
+        if one.misfit > MISFIT and one.score > RIVAL * candidates[0].score:
+            watch(one.name)
+            candidates[k] = anew(case, one, many)
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
     unique = {c.name: c for c in reversed(candidates)}
@@ -147,7 +158,8 @@ def _adapt(case: Case, found: Evidence, references: Mapping[int, Observation]) -
         shown = _held(case, moved)
         tried.append((factor, shown.amount))
         response = response_of(tried, response)
-        if shown.score > best.score or not RIGHT[0] <= best.amount <= RIGHT[1]:
+        wrong = not RIGHT[0] <= best.amount <= RIGHT[1]
+        if shown.score > best.score or (wrong and shown.score > RIVAL * best.score):
             best = shown
     return best
 

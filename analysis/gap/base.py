@@ -40,6 +40,7 @@ class Base:
         black_dn: black level, per channel: a gain behind the converter multiplies it too.
         dark_e_per_s: dark current, which brings its shot noise.
         shown_e_per_s: the part of its mean that grows in the frames with the exposure.
+        arithmetic: how the demosaicer counts; see `arithmetic_of`.
         blur_px2: variance by which the picture is softer than its light, along each axis.
         level: electrons per unit of the light, by lamp, each per channel.
     """
@@ -52,6 +53,7 @@ class Base:
     black_dn: Floats
     dark_e_per_s: float
     shown_e_per_s: float
+    arithmetic: int
     blur_px2: float
     level: Mapping[str, Floats]
 
@@ -106,11 +108,10 @@ class Body:
     pixels: Pixels
     bits: int
     cfa: str
-    arithmetic: int
     name: str
 
     @staticmethod
-    def of(frames: Frames, cfa: str, arithmetic: int, name: str) -> Body:
+    def of(frames: Frames, cfa: str, name: str) -> Body:
         """The body that took these frames."""
         return Body(
             height=frames.height,
@@ -118,7 +119,6 @@ class Body:
             pixels=frames.pixels,
             bits=frames.bits,
             cfa=cfa,
-            arithmetic=arithmetic,
             name=name,
         )
 
@@ -150,7 +150,7 @@ def camera_of(base: Base, body: Body) -> Camera:
         "quantization": {},
     }
     if body.pixels == "rgb8":
-        values["demosaic"] = {"arithmetic": float(body.arithmetic)}
+        values["demosaic"] = {"arithmetic": float(base.arithmetic)}
     black_dn = float(base.black_dn.mean())
     if np.ptp(base.black_dn) > 0:
         values["black_level_offset"] = {"offset_e": colours((base.black_dn - black_dn) / gain)}

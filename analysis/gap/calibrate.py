@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from analysis.bias.rounding import rounded
+from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.base import MOST_DARK_E_PER_S, Base
 from analysis.gap.light import lamp_of
 from analysis.gap.observe import Observation, blocks
@@ -151,7 +152,11 @@ class Darks:
 
 
 def first_guess(
-    seen: Observation, scenery: Scenery, nominal: Camera | None, black_dn: float
+    seen: Observation,
+    scenery: Scenery,
+    nominal: Camera | None,
+    black_dn: float,
+    arithmetic: int = IN_FRACTIONS,
 ) -> Base:
     """A base by moments.
 
@@ -160,6 +165,7 @@ def first_guess(
         scenery: its light and shots.
         nominal: the camera that it is said to be; tells the gain where no light does.
         black_dn: black level.
+        arithmetic: of the demosaicer.
     """
     shots = {shot.label: shot for shot in scenery.shots}
     exposure = np.array([shots[label].exposure_s for label in seen.shots])
@@ -198,6 +204,7 @@ def first_guess(
         black_dn=dark.black_dn,
         dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
         shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
+        arithmetic=arithmetic,
         blur_px2=0.0,
         level=levels(seen, scenery, dark, gain),
     )

@@ -71,6 +71,7 @@ class Candidate:
         score: fall of chi-squared of each half at the strength that the other half gives.
         forward: fall of chi-squared on the frames that score, at the strength that was fitted.
         absorbed: part of the signature that calibration takes up.
+        misfit: chi-squared that it leaves of the frames that fitted it, over what is expected.
     """
 
     effect: Effect
@@ -78,6 +79,7 @@ class Candidate:
     score: float
     forward: float
     absorbed: float
+    misfit: float
 
     @property
     def name(self) -> str:
@@ -109,6 +111,7 @@ def candidate(
         score=(forward + _gain(case.fit_left, back * fitted)) / in_common,
         forward=forward,
         absorbed=absorbed,
+        misfit=float(np.square(case.fit_left - fitted).sum() / case.fitting.spread.expected.sum()),
     )
 
 

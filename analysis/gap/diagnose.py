@@ -37,14 +37,14 @@ MOST_EFFECTS = 3
 def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     """The base camera of a capture, from the frames that fit."""
     fit_half, _ = halves(setting.seen)
-    start = first_guess(fit_half, setting.scenery, nominal, setting.black_dn)
+    start = first_guess(fit_half, setting.scenery, nominal, setting.black_dn, setting.arithmetic)
     # the black level is calibrated, whatever the camera says of it
     effects = tuple(
         e
         for e in (nominal.effects if nominal is not None else ())
         if not e.base and not isinstance(e, BlackLevelOffset)
     )
-    base = refine(start, fit_half, setting.scenery, effects)
+    base, _ = refine(start, fit_half, setting.scenery, effects)
     return around(base, setting.scenery, effects)
 
 

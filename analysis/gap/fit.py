@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.arithmetic import IN_FRACTIONS, RULES
 from analysis.gap.base import Base
 from analysis.gap.nuisance import (
     Calibration,
@@ -18,7 +19,7 @@ from analysis.gap.nuisance import (
     moved_twins,
 )
 from analysis.gap.observe import Key, Observation
-from analysis.gap.space import figure_variances, space_of
+from analysis.gap.space import Space, figure_variances, space_of
 from analysis.gap.texture import FAMILY, texture
 from analysis.gap.twin import Scenery, twin
 from sensor.effect import Effect
@@ -158,6 +159,9 @@ STEP_TWINS = 4
 CLOSE = 0.1
 """Part of chi-squared that a last step takes off at most."""
 
+PATIENCE = 1
+"""Steps in a row that may take off less than that, far from the end."""
+
 FAR = 2.0
 """Chi-squared per coordinate from which directions are read anew."""
 
@@ -171,7 +175,8 @@ def refine(
     effects: Sequence[Effect] = (),
     *,
     steps: int = MOST_STEPS,
-) -> Base:
+    tuned: str = "",
+) -> tuple[Base, tuple[Effect, ...]]:
     """Gauss-Newton on the knobs against simulated frames: the base whose twins look like these.
 
     Args:
@@ -180,24 +185,62 @@ def refine(
         scenery: their light and shots.
         effects: what the camera has besides.
         steps: iterations at most.
+        tuned: name of the effect whose parameters are fitted along.
+
+    Returns:
+        The base, and the effects.
     """
-    base = start
+    base, effects = start, tuple(effects)
     ways = _directions(base, scenery, effects)
-    before = np.inf
+    before, slow = np.inf, 0
     for step in range(steps):
-        bodies = twins(scenery, base, STEP_TWINS, effects)
-        both = with_keys(seen, bodies.keys)
-        variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
-        space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
-        gap = space.of(both)
+        space, gap = _gap(base, seen, scenery, effects)
         chi2 = float(gap @ gap)
         if step > 0 and chi2 > FAR * len(gap):  # directions change on a long way
             ways = _directions(base, scenery, effects)
-        base = turn(base, ways, calibration(space, ways).amounts(gap))
-        if chi2 > (1 - CLOSE) * before:
-            break
+        amounts = calibration(space, ways).amounts(gap)
+        base = turn(base, ways, amounts)
+        effects = tuple(tune(e, ways, amounts) if e.name == tuned else e for e in effects)
+        slow = slow + 1 if chi2 > (1 - CLOSE) * before else 0
         before = chi2
-    return base
+        if slow > (PATIENCE if chi2 > FAR * len(gap) else 0):
+            break
+    if not tuned and before > FAR * len(gap):
+        other = counted(base, seen, scenery, effects)
+        if other.arithmetic != base.arithmetic:
+            return refine(other, seen, scenery, effects, steps=steps)
+    return base, effects
+
+
+def counted(
+    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
+) -> Base:
+    """The base with the arithmetic of its demosaicer that fits best.
+
+    Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
+    does.
+
+    Args:
+        base: calibrated.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+    """
+    if scenery.body.pixels != "rgb8":
+        return base
+    ways = [dataclasses.replace(base, arithmetic=rule) for rule in (IN_FRACTIONS, *RULES)]
+    return min(ways, key=lambda one: float(np.square(_gap(one, seen, scenery, effects)[1]).sum()))
+
+
+def _gap(
+    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect]
+) -> tuple[Space, Floats]:
+    """The difference of a capture from a few twins, and the space it is in."""
+    bodies = twins(scenery, base, STEP_TWINS, effects)
+    both = with_keys(seen, bodies.keys)
+    variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
+    space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
+    return space, space.of(both)
 
 
 def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Directions:
@@ -212,6 +255,19 @@ def turn(base: Base, ways: Directions, amounts: Floats) -> Base:
             by = float(np.clip(by, -MOST_GAIN_STEP, MOST_GAIN_STEP))
         base = base.moved(knob.name, knob.channel, by)
     return base
+
+
+def tune(effect: Effect, ways: Directions, amounts: Floats) -> Effect:
+    """An effect with its parameters moved, each inside its range."""
+    moves = dict(zip(ways.tuned, map(float, amounts[len(ways.knobs) :]), strict=False))
+    values = {
+        p.name: float(
+            np.clip(getattr(effect, p.name) + moves[effect.name, p.name], p.minimum, p.maximum)
+        )
+        for p in effect.parameters()
+        if (effect.name, p.name) in moves
+    }
+    return dataclasses.replace(effect, **values)
 
 
 TWINS = 16

@@ -11,7 +11,7 @@ from scipy.optimize import lsq_linear
 
 from analysis.gap.base import Base
 from analysis.gap.case import Candidate, Case, candidate, vector
-from analysis.gap.fit import SEEDS, refine, turn
+from analysis.gap.fit import SEEDS, counted, refine, turn
 from analysis.gap.nuisance import free_parameters, step_of
 from analysis.gap.observe import Observation
 from analysis.gap.suspects import Evidence, Signature, response_of, scaled, signature, signed
@@ -86,16 +86,41 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
         if shaped.chi2 > best.chi2 - max(WORTH_A_SHAPE, SHAPED * best.chi2):
             break
         best = strengthened(shaped)
-    if best.chi2 > MISFIT * float(case.fitting.spread.expected.sum()):
-        # the base has come far from where its directions were read: it is calibrated anew
-        effects = (*case.known.effects, best.effect)
-        base = refine(best.base, case.fit_seen, case.known.scenery, effects, steps=2)
-        best = min(best, strengthened(attempt(best.effect, base)), key=lambda one: one.chi2)
     return candidate(case, best.shown, best.base, found.absorbed)
 
 
-MISFIT = 1.3
-"""Part of the expected chi-squared beyond which a fit is gone over once more."""
+ANEW_STEPS = 8
+
+
+def anew(case: Case, found: Candidate, many: Mapping[int, Observation]) -> Candidate:
+    """Calibrate the camera with the suspect in it, its parameters along with the base.
+
+    Where a suspect is strong, the base that was calibrated without it is far from the camera, and
+    directions that were read there lead astray.
+
+    Args:
+        case: the capture.
+        found: the suspect as it was fitted so far.
+        many: twins of the model by seed.
+    """
+    known = case.known
+    effects = (*known.effects, found.effect)
+    base, effects = refine(
+        counted(found.base, case.fit_seen, known.scenery, effects),
+        case.fit_seen,
+        known.scenery,
+        effects,
+        steps=ANEW_STEPS,
+        tuned=found.name,
+    )
+    shown = signature(
+        effects[-1], known, others=known.effects, base=base, seeds=FINAL_SEEDS, references=many
+    )
+    if shown is None:
+        return found
+    again = candidate(case, shown, base, found.absorbed)
+    return again if again.misfit < found.misfit else found
+
 
 LONG = 10
 """Whole numbers beyond this many are a scale, not a choice."""

@@ -29,6 +29,7 @@ class Setting:
     scenery: Scenery
     seen: Observation
     black_dn: float
+    arithmetic: int
 
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
@@ -49,7 +50,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     black_dn = _black(capture)
     cfa = first.cfa or _cfa(lattices)
     scenery = Scenery(
-        body=Body.of(first, cfa, arithmetic_of([f.dn for f in keys], lattices), capture.camera),
+        body=Body.of(first, cfa, capture.camera),
         light=light_of(capture, stated, black_dn),
         shots=shots_of([f.shot for f in keys]),
         view=view,
@@ -61,6 +62,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         scenery=scenery,
         seen=observe(stacks, view),
         black_dn=black_dn,
+        arithmetic=arithmetic_of([f.dn for f in keys], lattices),
     )
 
 

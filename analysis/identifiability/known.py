@@ -73,7 +73,7 @@ def base_of(camera: Camera, lamps: Sequence[str]) -> Base:
     gain = values(camera.gain_dn_per_e)
     zero = np.zeros(len(channels))
     read, fpn, prnu = camera.get(ReadNoise), camera.get(Fpn), camera.get(Prnu)
-    dark = camera.get(DarkShot)
+    dark, filled = camera.get(DarkShot), camera.get(Demosaic)
     return Base(
         channels=channels,
         gain_dn_per_e=gain,
@@ -83,6 +83,7 @@ def base_of(camera: Camera, lamps: Sequence[str]) -> Base:
         black_dn=zero + camera.black_dn,
         dark_e_per_s=0.0 if dark is None else dark.current_e_per_s,
         shown_e_per_s=0.0 if dark is None else dark.shown_e_per_s,
+        arithmetic=IN_FRACTIONS if filled is None else int(filled.arithmetic),
         blur_px2=0.0,
         level={lamp: values(camera.sensitivity) for lamp in lamps},
     )
@@ -110,11 +111,9 @@ def scenery_of(
     down = (min(camera.height, camera.width * 3 // 4) - 2 * BORDER_PX) // lattices[0].step
     first = blank.frames[0]
     wanted = shots_of(shots)
-    filled = camera.get(Demosaic)
-    arithmetic = IN_FRACTIONS if filled is None else int(filled.arithmetic)
     lamps = {name for shot in wanted if not shot.dark for name in shot.light}
     return Scenery(
-        body=Body.of(first, camera.cfa, arithmetic, camera.name),
+        body=Body.of(first, camera.cfa, camera.name),
         light=Light(
             rates={lamp: rates[lamp] for lamp in rates if lamp in lamps},
             panels=tuple(panels),
