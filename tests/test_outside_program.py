@@ -27,6 +27,14 @@ def example(capture: Path, out: Path, setting: str) -> None:
     )
 
 
+def test_nothing_is_nothing(small_capture: Path, tmp_path: Path) -> None:
+    """The way out, through FFmpeg and in again leaves every pixel as it was."""
+    example(small_capture, tmp_path / "out", "nothing")
+    before, after = read_capture(small_capture), read_capture(tmp_path / "out/real")
+    for a, b in zip(before.frames, after.frames, strict=True):
+        assert np.array_equal(a.dn, b.dn)
+
+
 NOISE = {
     "unsharp": (1.3, 9.0),  # what is sharpened is noisier
     "denoise": (0.1, 0.8),  # what is smoothed is less so: a Gaussian of 0.6 px, after a demosaicer
