@@ -99,12 +99,10 @@ def attribute(
     candidates = []
     for found in finalists:
         watch(found.name)
-        candidates.append(pursue(case, found, many))
-    candidates.sort(key=lambda c: -c.score)
-    for k, one in enumerate(candidates):
-        if one.misfit > MISFIT and one.score > RIVAL * candidates[0].score:
-            watch(one.name)
-            candidates[k] = anew(case, one, many)
+        pursued = pursue(case, found, many)
+        if pursued.misfit > MISFIT and all(c.misfit > MISFIT for c in candidates):
+            pursued = anew(case, pursued, found.effect, many)
+        candidates.append(pursued)
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
     unique = {c.name: c for c in reversed(candidates)}

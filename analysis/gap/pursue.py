@@ -89,10 +89,14 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
     return candidate(case, best.shown, best.base, found.absorbed)
 
 
-ANEW_STEPS = 8
+ANEW_STEPS = 5
 
 
-def anew(case: Case, found: Candidate, many: Mapping[int, Observation]) -> Candidate:
+LED_NOWHERE = 0.9
+"""Part of the misfit without a suspect that a pursuit of it must not leave."""
+
+
+def anew(case: Case, found: Candidate, first: Effect, many: Mapping[int, Observation]) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.
 
     Where a suspect is strong, the base that was calibrated without it is far from the camera, and
@@ -101,12 +105,17 @@ def anew(case: Case, found: Candidate, many: Mapping[int, Observation]) -> Candi
     Args:
         case: the capture.
         found: the suspect as it was fitted so far.
+        first: as the search for it began; taken up again where the pursuit led nowhere.
         many: twins of the model by seed.
     """
     known = case.known
-    effects = (*known.effects, found.effect)
+    without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
+    effect, base = found.effect, found.base
+    if found.misfit > LED_NOWHERE * without:
+        effect, base = first, known.base
+    effects = (*known.effects, effect)
     base, effects = refine(
-        counted(found.base, case.fit_seen, known.scenery, effects),
+        counted(base, case.fit_seen, known.scenery, effects),
         case.fit_seen,
         known.scenery,
         effects,

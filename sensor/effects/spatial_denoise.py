@@ -49,6 +49,7 @@ class SpatialDenoise(Effect):
         minimum=0.0,
         maximum=65536.0,
         identity=0.0,
+        starts=(4.0, 64.0),
         doc="difference from which a neighbour counts as another object",
     )
 
