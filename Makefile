@@ -53,10 +53,12 @@ study: $(READY)  ## the study gradient-quantization: its page, and docs/results/
 # Two CPU-minutes a case: what is done is kept, and the next run goes on from there.
 SET := camtruth-out/blind/withheld
 SEED ?= 1
+CASES ?= null=14 own=14 pair=4 left-out=6 decoy=4 put-back=6 others=10 strange=10
 
 withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/withheld.md (goes on)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[withheld]'
-	test -d $(SET) || $(BIN)/camtruth blind make --set withheld --seed $(SEED) --resume
+	test -d $(SET) || $(BIN)/camtruth blind make --set withheld --seed $(SEED) \
+	  $(addprefix --cases ,$(CASES)) --resume
 	test -d $(SET).histogram || $(BIN)/camtruth blind solve $(SET) --solver histogram --resume
 	test -d $(SET).refit-free || $(BIN)/camtruth blind solve $(SET) --solver refit-free --resume
 	test -d $(SET).answers || $(BIN)/camtruth blind solve $(SET) --resume
