@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from analysis.bias.rounding import rounded
 from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.calibrate import NODES, WEIGHTS, behind_rounding
 from analysis.gap.hints import period_px
 from analysis.gap.lattices import Lattice, lattices_of, phase_of
+from analysis.gap.light import Light
+from analysis.gap.light_blocks import blocks_of, light_noise
+from analysis.gap.observe import View
 from analysis.gap.statistics.group import Group, crossed
 from analysis.gap.statistics.structure import columns, neighbours, rows, time
 from sensor.demosaicers import colour_demosaicing
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
+from tests.harness import SIGNIFICANCE
 
 FRAMES, HEIGHT, WIDTH = 8, 96, 128
 SIGMA = 3.0
@@ -141,3 +146,27 @@ def test_a_wave_along_the_read_out_tells_its_period(period: float) -> None:
     grey = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
     found = period_px([stack], grey)
     assert HEIGHT * WIDTH * abs(1 / found - 1 / period) < 0.5
+
+
+def test_the_noise_of_light_paths_is_that_of_the_blocks() -> None:
+    """Rates drawn anew with the stated variance move each block by what `light_noise` says: mean
+    squares over 300 draws follow chi-squared, the largest and the smallest of all blocks too."""
+    rng = np.random.default_rng(8)
+    rate = rng.uniform(1e4, 1e5, (HEIGHT, WIDTH, 3)).astype(np.float32)
+    noise = (rng.uniform(0.01, 0.1, rate.shape) * rate).astype(np.float32) ** 2
+    capture = colour_capture("RGGB")
+    view = View(lattices=lattices_of(capture), frames=2, side=4, top_dn=255)
+    light = Light(
+        rates={"lamp": rate}, noise={"lamp": noise}, panels=(), known=True, source="drawn"
+    )
+    told = light_noise(light, view, ("R", "G", "B"))["lamp"]
+    still = blocks_of(rate, view, ("R", "G", "B"))
+    moved = [
+        blocks_of(rate + np.sqrt(noise) * rng.standard_normal(rate.shape), view, ("R", "G", "B"))
+        for _ in range(300)
+    ]
+    ratio = np.square(np.array(moved) / still - 1).mean(axis=0) / told
+    chance = SIGNIFICANCE / ratio.size / 2
+    assert ratio.min() > stats.chi2.ppf(chance, 300) / 300
+    assert ratio.max() < stats.chi2.isf(chance, 300) / 300
+    assert abs(ratio.mean() - 1) < 4.5 * np.sqrt(2 / 300 / ratio.size)

@@ -96,7 +96,7 @@ def attribute(
     many = references
     if finalists:
         many = references | _references(case, [s for s in FINAL_SEEDS if s not in references])
-    candidates = []
+    candidates: list[Candidate] = []
     for found in finalists:
         watch(found.name)
         pursued = pursue(case, found, many)

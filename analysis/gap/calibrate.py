@@ -18,7 +18,8 @@ from analysis.bias.rounding import rounded
 from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.base import MOST_DARK_E_PER_S, Base
 from analysis.gap.light import lamp_of
-from analysis.gap.observe import Observation, blocks
+from analysis.gap.light_blocks import blocks_of
+from analysis.gap.observe import Observation
 from analysis.gap.twin import Scenery, exposure_of
 from sensor.camera import Camera
 
@@ -217,8 +218,9 @@ def _charge(by_channel: Floats, least: float) -> float:
 
 def levels(seen: Observation, scenery: Scenery, dark: Darks, gain: Floats) -> dict[str, Floats]:
     """Electrons per unit of light by lamp and channel, by least squares over the block means."""
-    light = light_blocks(scenery, seen)
-    top = scenery.view.top_dn
+    view = scenery.view
+    light = {n: blocks_of(r, view, seen.channels) for n, r in scenery.light.rates.items()}
+    top = view.top_dn
     found: dict[str, Floats] = {}
     for lamp in scenery.light.lamps:
         above, below = np.zeros(len(seen.channels)), np.zeros(len(seen.channels))
@@ -235,27 +237,6 @@ def levels(seen: Observation, scenery: Scenery, dark: Darks, gain: Floats) -> di
         per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)
         found[lamp] = np.maximum(per_unit, 1e-12) / gain
     return found
-
-
-def light_blocks(scenery: Scenery, seen: Observation) -> dict[str, Floats]:
-    """The light of each lamp as the blocks see it, (channels, blocks)."""
-    return {
-        lamp: blocks_of(rate, scenery, seen.channels) for lamp, rate in scenery.light.rates.items()
-    }
-
-
-def blocks_of(rate: NDArray[np.float32], scenery: Scenery, channels: tuple[str, ...]) -> Floats:
-    """Block means of an image (H, W, 3) at the measured samples of each channel."""
-    rows = []
-    for channel in channels:
-        images = []
-        for lattice in scenery.view.lattices:
-            if lattice.channel != channel:
-                continue
-            plane = rate[None] if channel != "Y" else rate[None, ..., 1]
-            images.append(blocks(lattice.of(plane)[0], scenery.view.side).ravel())
-        rows.append(np.mean(images, axis=0))
-    return np.array(rows)
 
 
 def _figure(seen: Observation, family: str, statistic: str) -> list[Floats]:

@@ -26,8 +26,12 @@ from sensor.protocol import DARK, Shot
 Rate = NDArray[np.float32]
 
 PATHS = 32
-"""Light paths per pixel of a rendered scene: 2e-4 of the light, far below what nobody knows of a
-real chart."""
+"""Light paths per pixel of a rendered scene of usual size: 2e-4 of the light inside panels. Where
+patches meet it is a hundred times that, which is counted; see `Light.noise`."""
+
+USUAL_PX = 640 * 480
+MOST_TIMES = 4
+"""Smaller pictures get so many times the paths: fewer pixels average them."""
 
 PICTURE_FRAMES = 32
 """Frames from which a picture is read."""
@@ -46,12 +50,15 @@ class Light:
     Attributes:
         rates: photo-electrons per second at level 1 by lamp, (H, W, 3); in arbitrary units where
             it was read from the frames.
+        noise: variance of these from the finite number of light paths, ours and those of a capture
+            that was simulated; empty where the very light is stated.
         panels: areas of one reflectance.
         known: whether it comes from outside of the frames.
         source: in words.
     """
 
     rates: Mapping[str, Rate]
+    noise: Mapping[str, Rate]
     panels: tuple[Panel, ...]
     known: bool
     source: str
@@ -97,31 +104,53 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
     height, width = capture.frames[0].height, capture.frames[0].width
     images = {name: image for name, image in stated.items() if name in names}
     source = "the rate images of the capture"
+    rendered = set(names) - set(images)
+    paths = PATHS * int(np.clip(USUAL_PX / (height * width), 1, MOST_TIMES))
     if capture.scene is not None and set(names) - set(images):
         scene = scenes.load(capture.scene).with_size(width, height)
-        for name in set(names) - set(images):
-            images[name] = path_traced.render(scene, scene.named(name), samples=PATHS)
+        for name in rendered:
+            images[name] = path_traced.render(scene, scene.named(name), samples=paths)
         source = f"scene '{capture.scene}'"
     if names and not set(names) - set(images):
-        light = _known(lit, images, source)
+        light = _known(lit, images, dict.fromkeys(rendered, 1 + paths / PATHS), source)
         _refuse_another_scene(capture, light, black_dn)
         return light
     return Light(
-        rates=_from_frames(lit, black_dn), panels=(), known=False, source="the frames themselves"
+        rates=_from_frames(lit, black_dn),
+        noise={},
+        panels=(),
+        known=False,
+        source="the frames themselves",
     )
 
 
-def _known(lit: list[Frames], images: Mapping[str, RateImage], source: str) -> Light:
+def _known(
+    lit: list[Frames], images: Mapping[str, RateImage], noisy: Mapping[str, float], source: str
+) -> Light:
+    """Light from rate images; `noisy`: by what the variance of those is multiplied that we made."""
     rates: dict[str, Rate] = {}
+    noise: dict[str, Rate] = {}
     for f in lit:
         if len(f.shot.light) == 1:
-            rates[lamp_of(f.shot)] = images[f.shot.light[0]].rate_e_per_s
+            parts = [(np.float32(1.0), f.shot.light[0])]
         else:
-            together = zip(f.shot.light, f.shot.level, strict=True)
-            parts = [np.float32(level) * images[name].rate_e_per_s for name, level in together]
-            rates[lamp_of(f.shot)] = np.asarray(np.sum(parts, axis=0), dtype=np.float32)
+            parts = [(np.float32(level), name)
+                     for name, level in zip(f.shot.light, f.shot.level, strict=True)]  # fmt: skip
+        lamp = lamp_of(f.shot)
+        rates[lamp] = _sum([level * images[name].rate_e_per_s for level, name in parts])
+        unsure = [
+            np.float32(noisy[name]) * level**2 * images[name].variance
+            for level, name in parts
+            if name in noisy
+        ]
+        if unsure:
+            noise[lamp] = _sum(unsure)
     first = next(iter(images.values()))
-    return Light(rates=rates, panels=first.header.panels, known=True, source=source)
+    return Light(rates=rates, noise=noise, panels=first.header.panels, known=True, source=source)
+
+
+def _sum(images: list[Rate]) -> Rate:
+    return np.asarray(np.sum(images, axis=0), dtype=np.float32)
 
 
 def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> None:

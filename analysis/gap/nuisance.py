@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.base import Base
-from analysis.gap.calibrate import blocks_of
 from analysis.gap.light import lamp_of
+from analysis.gap.light_blocks import blocks_of
 from analysis.gap.observe import Key, Observation
 from analysis.gap.space import Space
 from analysis.gap.twin import Scenery, exposure_of, twin
@@ -314,7 +314,7 @@ def _of_light(
     lamps = sorted({lamp_of(scenery.shots[k]) for k in lit})
     unit = {
         lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None]
-        * blocks_of(scenery.light.rates[lamp], scenery, base.channels)
+        * blocks_of(scenery.light.rates[lamp], scenery.view, base.channels)
         for lamp in lamps
     }
     for k in lit:
@@ -344,7 +344,7 @@ def _of_light(
     for panel in scenery.light.panels:
         mask = np.zeros((height, width, 3), dtype=np.float32)
         mask[panel.y : panel.y + panel.h, panel.x : panel.x + panel.w] = 1.0
-        where = blocks_of(mask, scenery, base.channels)
+        where = blocks_of(mask, scenery.view, base.channels)
         for c in range(len(base.channels)):
             one = np.zeros_like(where)
             one[c] = where[c]
@@ -362,7 +362,7 @@ def _moved(base: Base, scenery: Scenery, lamps: list[str]) -> Iterator[dict[str,
         x = (np.arange(w, dtype=np.float32) - w / 2)[None, :, None] / w
         scale = (base.level[lamp] * base.gain_dn_per_e)[:, None]
         for piece, image in zip(pieces, (dx, dy, x * dx + y * dy, x * dy - y * dx), strict=True):
-            piece[lamp] = scale * blocks_of(image, scenery, base.channels)
+            piece[lamp] = scale * blocks_of(image, scenery.view, base.channels)
     yield from pieces
 
 

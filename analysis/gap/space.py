@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.base import Base
 from analysis.gap.light import lamp_of
+from analysis.gap.light_blocks import light_noise
 from analysis.gap.observe import IMAGE, OF_A_BODY, Key, Observation
 from analysis.gap.twin import Scenery
 
@@ -207,12 +208,14 @@ def _whitening(
     if not scenery.light.known:
         floor = UNKNOWN_LIGHT
     slope = _slope(signal, twins.grid, twins)
+    paths = light_noise(scenery.light, scenery.view, twins.channels)
     for lamp in scenery.light.lamps:
         of_lamp = np.array(
             [not shot.dark and lamp_of(shot) == lamp for shot in scenery.shots], dtype=np.float64
         )
         light = signal * of_lamp
-        covariance += floor**2 * light[..., :, None] * light[..., None, :]
+        part = floor**2 + paths[lamp][..., None, None] if lamp in paths else floor**2
+        covariance += part * light[..., :, None] * light[..., None, :]
     if floors:
         edge = EDGE_FLOOR_PX * slope
         covariance += edge[..., :, None] * edge[..., None, :]

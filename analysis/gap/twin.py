@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.base import Base, Body, camera_of
-from analysis.gap.light import Light, Rate, level_of, single
+from analysis.gap.light import Light, Rate, lamp_of, level_of, single
+from analysis.gap.light_blocks import light_noise
 from analysis.gap.observe import Observation, Stack, View, observe
 from sensor.camera import Camera, pixels_of, simulate
 from sensor.effect import Effect
@@ -59,7 +60,23 @@ def twin(
     """
     camera = camera_of(base, scenery.body).plus(*effects).with_body(seed)
     lit = electrons(base, scenery.light.rates)
-    return observe(_stacks(camera, scenery, lit, seed), scenery.view)
+    seen = observe(_stacks(camera, scenery, lit, seed), scenery.view)
+    return _under_noisy_light(seen, scenery, base, seed) if scenery.light.noise else seen
+
+
+def _under_noisy_light(seen: Observation, scenery: Scenery, base: Base, seed: int) -> Observation:
+    """The twin as if its light had been traced with other paths than ours."""
+    draw = np.random.default_rng(seed)
+    errors = {
+        lamp: np.sqrt(variance) * draw.standard_normal(variance.shape)
+        for lamp, variance in light_noise(scenery.light, scenery.view, seen.channels).items()
+    }
+    means = seen.means.copy()
+    for k, shot in enumerate(scenery.shots):
+        if not shot.dark and lamp_of(shot) in errors:
+            above = np.maximum(means[:, k] - base.black_dn[:, None], 0.0)
+            means[:, k] += above * errors[lamp_of(shot)]
+    return dataclasses.replace(seen, means=means)
 
 
 def electrons(base: Base, rates: Mapping[str, Rate]) -> dict[str, Rate]:

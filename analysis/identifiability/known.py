@@ -116,6 +116,7 @@ def scenery_of(
         body=Body.of(first, camera.cfa, camera.name),
         light=Light(
             rates={lamp: rates[lamp] for lamp in rates if lamp in lamps},
+            noise={},
             panels=tuple(panels),
             known=True,
             source="a known light",
