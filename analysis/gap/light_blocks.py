@@ -27,7 +27,8 @@ def blocks_of(rate: Rate, view: View, channels: tuple[str, ...]) -> Floats:
 
 def light_noise(light: Light, view: View, channels: tuple[str, ...]) -> dict[str, Floats]:
     """Relative variance of the light of each block by lamp: (channels, blocks)."""
-    in_a_block = view.side**2 * (len(view.lattices) // len(channels))
+    sites = [sum(one.channel == channel for one in view.lattices) for channel in channels]
+    in_a_block = view.side**2 * np.array(sites, dtype=np.float64)[:, None]
     return {
         lamp: blocks_of(noise, view, channels)
         / in_a_block
