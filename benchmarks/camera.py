@@ -14,13 +14,14 @@ import numpy as np
 
 from benchmarks.peers import ELECTRONS, EXPOSURE_S, PEERS, missing, plain_numpy
 from foundation.backend import backend
-from sensor.camera import Camera, exposed, lit
+from sensor.camera import Camera
 from sensor.camera_file import load
 from sensor.catalogue import effect
 from sensor.planes import Planes
 from sensor.protocol import Shot
 from sensor.record import batches, take
 from sensor.signal import Quantity
+from sensor.simulation import exposed, lit
 from sensor.stream import Stream
 
 ROUNDS = 5

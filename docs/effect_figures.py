@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from render.closed_form import render
 from scenes.scene import load
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera
 from sensor.camera_file import load as load_camera
 from sensor.catalogue import catalogue
 from sensor.effect import Effect
 from sensor.protocol import Shot
 from sensor.signal import Quantity
+from sensor.simulation import pixels_of, simulate
 
 WIDTH, HEIGHT, FRAMES = 128, 96, 48
 EXPOSURE_S, INTERVAL_S = 0.03268, 0.0667

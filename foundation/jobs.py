@@ -50,7 +50,10 @@ ALLOWED_DEATHS = 3
 """A case may take this many workers with it before it is given up."""
 
 CONNECT_S = 10.0
-"""How long a scheduler may take to answer."""
+"""How long a scheduler elsewhere may take to answer."""
+
+BEGIN_S = 120.0
+"""How long one in this process may take to begin: it is there, but the machine may be busy."""
 
 IN_FLIGHT = 4
 """Cases given out per thread of the workers: enough that none waits, few enough for memory."""
@@ -165,8 +168,9 @@ def _client(scheduler: str | None, threads: int) -> Iterator[Any]:
 
 def _connected(client: type[Any], place: Any, scheduler: str | None) -> Any:
     """A client of a scheduler that answers and has workers."""
+    patience_s = CONNECT_S if scheduler is not None else BEGIN_S
     try:
-        connected = client(place, timeout=CONNECT_S)
+        connected = client(place, timeout=patience_s)
     except (OSError, ValueError):
         raise JobError(
             f"no answer from the scheduler {scheduler}",
@@ -174,7 +178,7 @@ def _connected(client: type[Any], place: Any, scheduler: str | None) -> Any:
             "start one with 'dask scheduler', as in --scheduler tcp://127.0.0.1:8786",
         ) from None
     try:
-        connected.wait_for_workers(1, timeout=CONNECT_S)
+        connected.wait_for_workers(1, timeout=patience_s)
     except TimeoutError:
         connected.close()
         raise JobError(

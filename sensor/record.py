@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from foundation.backend import Backend, backend
 from foundation.panel import Panel
-from sensor.camera import Camera, begin, exposed, lit, pixels_of, still
+from sensor.camera import Camera
 from sensor.frames import PIXELS, Capture, Frames
 from sensor.protocol import Protocol, Shot
 from sensor.signal import Signal
+from sensor.simulation import begin, exposed, lit, pixels_of, still
 
 BATCH_PIXELS = 32 * 640 * 480
 """Pixels simulated at once: 32 frames of the paper's size. Memory is some 400 MB then; fewer cost

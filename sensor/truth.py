@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from foundation.backend import Backend, backend
-from sensor.camera import Camera, stream_of
+from sensor.camera import Camera
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect
 from sensor.effects.dark_shot import DarkShot
@@ -24,6 +24,7 @@ from sensor.effects.photon_shot import PhotonShot
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Protocol
+from sensor.simulation import stream_of
 
 FORMAT = "camtruth-truth/1"
 

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from foundation.backend import backend
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.photon_shot import PhotonShot
 from sensor.effects.quantization import Quantization
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Shot
+from sensor.simulation import pixels_of, simulate
 
 EXPOSURE_S = 0.03268
 INTERVAL_S = 1 / 15

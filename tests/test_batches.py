@@ -10,12 +10,13 @@ import pytest
 
 from foundation.backend import backend, probe
 from sensor import record
-from sensor.camera import Camera, lit, pixels_of, simulate, still
+from sensor.camera import Camera
 from sensor.camera_file import load
 from sensor.catalogue import effect
 from sensor.film import Film
 from sensor.protocol import Shot
 from sensor.signal import Signal
+from sensor.simulation import lit, pixels_of, simulate, still
 
 BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 FRAMES = 11

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from foundation.backend import backend, probe
-from sensor.camera import Camera, pixels_of, simulate, stream_of
+from sensor.camera import Camera
 from sensor.camera_file import load, preset_names
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -23,6 +23,7 @@ from sensor.effects.read_noise import ReadNoise
 from sensor.errors import CameraError
 from sensor.protocol import Shot
 from sensor.signal import Quantity
+from sensor.simulation import pixels_of, simulate, stream_of
 from tests.harness import assert_agree, variance_error
 
 BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]

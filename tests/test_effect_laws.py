@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from foundation.backend import backend, probe
-from sensor.camera import Camera, pixels_of, simulate, stream_of
+from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage
@@ -22,6 +22,7 @@ from sensor.effects.read_noise import ReadNoise
 from sensor.errors import CameraError
 from sensor.protocol import Shot
 from sensor.signal import Quantity
+from sensor.simulation import pixels_of, simulate, stream_of
 from tests.harness import z_limit
 
 KINDS = list(catalogue().values())

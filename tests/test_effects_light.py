@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from scipy import ndimage, optimize
 
-from sensor.camera import simulate
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
 from sensor.effects.ambient_light import AmbientLight
@@ -35,6 +34,7 @@ from sensor.effects.vibration import Vibration
 from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.protocol import Shot
 from sensor.signal import Quantity, Signal
+from sensor.simulation import simulate
 from sensor.stream import Stream
 from tests.effects_bench import (
     EXPOSURE_S,

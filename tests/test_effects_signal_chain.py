@@ -13,7 +13,7 @@ from scipy import ndimage
 from scipy.fft import dctn
 
 from foundation.backend import backend
-from sensor.camera import Camera, simulate, stream_of
+from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.adc_dnl import AdcDnl, converter
@@ -42,6 +42,7 @@ from sensor.effects.white_balance import WhiteBalance
 from sensor.errors import CameraError
 from sensor.protocol import Shot
 from sensor.signal import Format, Quantity, Signal
+from sensor.simulation import simulate, stream_of
 from tests.effects_bench import READ_E, Array, flat, frames_of, rate_of
 from tests.harness import assert_agree, variance_error, worst_z
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.crosstalk import Crosstalk
@@ -31,6 +31,7 @@ from sensor.effects.smear import Smear
 from sensor.errors import CameraError
 from sensor.protocol import Shot
 from sensor.signal import Quantity
+from sensor.simulation import pixels_of, simulate
 from tests.harness import assert_agree, variance_error
 
 SIDE, FRAMES, GAIN, BLACK = 96, 24, 0.5, 100.0

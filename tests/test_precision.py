@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, stats
 
 from foundation.backend import backend, probe
-from sensor.camera import Camera, pixels_of, simulate, stream_of
+from sensor.camera import Camera
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect
 from sensor.effects.dark_shot import DarkShot
@@ -25,6 +25,7 @@ from sensor.effects.read_noise import ReadNoise
 from sensor.poisson import SMALL_MEAN
 from sensor.protocol import Shot
 from sensor.signal import Quantity
+from sensor.simulation import pixels_of, simulate, stream_of
 
 HEIGHT, WIDTH, FRAMES = 96, 128, 12
 EXPOSURE_S = 0.03268

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from sensor.camera import pixels_of, simulate
 from sensor.camera_file import load, preset_names
 from sensor.colours import Colours
 from sensor.effects.black_level_offset import BlackLevelOffset
@@ -15,6 +14,7 @@ from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Shot
 from sensor.signal import Quantity
+from sensor.simulation import pixels_of, simulate
 from tests.harness import assert_agree, variance_error
 
 SIDE, FRAMES, EXPOSURE_S = 96, 24, 0.01

@@ -23,13 +23,14 @@ from analysis.parameters import NoiseParameters
 from foundation.panel import Panel
 from scenes.geometry import analysis_panels
 from scenes.scene import load as load_scene
-from sensor.camera import Camera, simulate
+from sensor.camera import Camera
 from sensor.colours import CHANNELS
 from sensor.effects.dark_shot import DarkShot
 from sensor.mosaic_of_panels import panels_only
 from sensor.protocol import Protocol, Shot
 from sensor.record import batches
 from sensor.signal import Quantity
+from sensor.simulation import simulate
 
 POWER_OF_STEP = {"shot_coefficient": 0.5, "prnu_slope": 0.0}
 """How a figure in steps becomes one in DN: by the step to this power, 1 for the others."""

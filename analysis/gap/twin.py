@@ -12,9 +12,10 @@ from analysis.gap.base import Base, Body, camera_of
 from analysis.gap.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.light_blocks import light_noise
 from analysis.gap.observe import Observation, Stack, View, observe
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera
 from sensor.effect import Effect
 from sensor.protocol import Shot
+from sensor.simulation import pixels_of, simulate
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -18,7 +18,7 @@ from analysis.bias.rounding import Floats, rounded
 from analysis.estimators.panel_noise import measure_panel
 from analysis.reproduce.paper import Line, compare
 from foundation.panel import Panel
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect
 from sensor.effects.demosaic import Demosaic
@@ -26,6 +26,7 @@ from sensor.effects.fpn import Fpn
 from sensor.effects.quantization import Quantization
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Shot
+from sensor.simulation import pixels_of, simulate
 
 ADDED_DN = (5.0, 10.0, 15.0, 20.0)
 """Far above a step, so that rounding (1/12 of a variance) does not bend the slope, and far enough

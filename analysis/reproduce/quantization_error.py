@@ -21,13 +21,14 @@ import numpy as np
 from analysis.bias.rounding import Floats, rounded
 from analysis.estimators.panel_noise import measure_panel, parabola_basis
 from foundation.panel import Panel
-from sensor.camera import Camera, pixels_of, simulate
+from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.fpn import Fpn
 from sensor.effects.quantization import Quantization
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Shot
+from sensor.simulation import pixels_of, simulate
 
 Kind = Literal["temporal", "spatial"]
 

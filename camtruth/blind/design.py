@@ -20,7 +20,7 @@ from camtruth.blind.format import GROUPS
 from camtruth.blind.ruler import scaled_figures
 from camtruth.blind.worn import fits
 from foundation.errors import unknown
-from sensor.camera import Camera, light_on
+from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect
@@ -29,6 +29,7 @@ from sensor.effects.fpn import Fpn
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Protocol
+from sensor.simulation import light_on
 
 DEFAULT_CASES = {
     "null": 40,

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from camtruth.exchange.source import Source
 from foundation.backend import backend
 from foundation.errors import InputError
-from sensor.camera import Camera, stream_of
+from sensor.camera import Camera
 from sensor.catalogue import effect
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.frames import Frames
 from sensor.protocol import Shot
 from sensor.signal import Quantity, Signal
+from sensor.simulation import stream_of
 
 FOLDER = "truth"
 

@@ -19,9 +19,9 @@ from camtruth.report.plot import Axis, Marks, axis_over, plot
 from camtruth.report.sections import Section, Table, sections_page
 from camtruth.terminal import with_error
 from render.preview import srgb
-from sensor.camera import pixels_of, simulate
 from sensor.effect import Stage
 from sensor.frames import Frames
+from sensor.simulation import pixels_of, simulate
 
 MOST_SUSPECTS = 10
 SHOWN_SIGMA = 4.0
