@@ -1,0 +1,113 @@
+"""Steps of the calibration by themselves, each against what it must do in closed form."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from analysis.bias.rounding import rounded
+from analysis.gap.calibrate import NODES, WEIGHTS, Darks
+from analysis.gap.distance import Distance
+from analysis.gap.measured import Measured
+from analysis.gap.nuisance import agreed
+from analysis.gap.observe import Key, Observation
+
+BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0
+READ_DN2, DARK_DN2_PER_S = 0.35, 4.0
+FPN_DN = 0.2
+
+
+def dark(exposure_s: float) -> tuple[float, float, float]:
+    """Mean, variance in time and pattern of darks in whole DN, by exact sums."""
+    sigma = np.sqrt(READ_DN2 + DARK_DN2_PER_S * exposure_s)
+    pixel = rounded(BLACK_DN + SHOWN_DN_PER_S * exposure_s + FPN_DN * NODES, sigma, 255)
+    mean = float(WEIGHTS @ pixel.mean_dn)
+    return (
+        mean,
+        float(WEIGHTS @ np.square(pixel.sd_dn)),
+        float(WEIGHTS @ np.square(pixel.mean_dn - mean)),
+    )
+
+
+def test_darks_at_two_exposures_give_their_lines() -> None:
+    """What rounding left of a mean and a variance that grow with the exposure gives both back."""
+    exposures = np.array([0.008, 0.033])
+    seen = np.array([[dark(t)] * 3 for t in exposures])
+    found = Darks.of(exposures, seen[..., 0], seen[..., 1], seen[..., 2], 255)
+    assert found.black_dn == pytest.approx(BLACK_DN, abs=0.01)
+    assert found.mean_dn_per_s == pytest.approx(SHOWN_DN_PER_S, rel=0.02)
+    assert found.read_dn2 == pytest.approx(READ_DN2, rel=0.02)
+    assert found.variance_dn2_per_s == pytest.approx(DARK_DN2_PER_S, rel=0.1)
+    assert found.mean_dn(0.02) == pytest.approx(BLACK_DN + SHOWN_DN_PER_S * 0.02, abs=0.01)
+
+
+def test_darks_at_one_exposure_have_no_slope() -> None:
+    seen = np.array([[dark(0.008)] * 3])
+    found = Darks.of(np.array([0.008]), seen[..., 0], seen[..., 1], seen[..., 2], 255)
+    assert not found.mean_dn_per_s.any()
+    assert not found.variance_dn2_per_s.any()
+
+
+KINDS, OF_A_KIND, SIGNAL = 40, 20, 12.0
+
+
+def observation(figures: np.ndarray) -> Observation:
+    """Figures of many kinds and an image of nothing."""
+    keys = tuple(
+        Key(shot=f"s{k}", lattice="G", family="f", statistic=f"kind {kind}")
+        for kind in range(KINDS)
+        for k in range(OF_A_KIND)
+    )
+    return Observation(
+        keys=keys,
+        figures=figures[None],
+        shots=("s0",),
+        channels=("G",),
+        means=np.zeros((1, 1, 1, 1)),
+        noise=np.ones((1, 1)),
+        grid=(1, 1),
+        samples=1,
+        frames=2,
+    )
+
+
+def test_a_direction_is_as_long_as_what_moves() -> None:
+    """One kind of figure moves by 12 standard errors, 39 kinds do not. Amounts measured along a
+    direction shrink by true length^2 over its length^2: 0.79 for the plain mean of two sets of
+    random numbers, and within 5 % of 1 for what they agree on."""
+    rng = np.random.default_rng(5)
+    truth = np.zeros(KINDS * OF_A_KIND)
+    truth[:OF_A_KIND] = SIGNAL * np.sqrt(0.5)
+    before = [observation(np.zeros_like(truth))] * 2
+    after = [observation(truth + rng.standard_normal(len(truth))) for _ in range(2)]
+    drawn, _ = agreed(before, after)
+    plain = np.mean([o.figures[0] for o in after], axis=0)
+    assert truth @ truth / (plain @ plain) < 0.85
+    assert truth @ drawn / (drawn @ drawn) == pytest.approx(1.0, abs=0.05)
+
+
+def told(expected: dict[str, float], g: dict[str, float]) -> Measured:
+    """What a model expects of each family, and its G there, and nothing else."""
+    spread = SimpleNamespace(names=tuple(expected), expected=np.array(list(expected.values())))
+    total = sum(expected[n] * (1 + g[n]) for n in g) / sum(expected.values()) - 1
+    held = Distance(total=total, by_family=g, p_by_family={}, p_value=1.0)
+    plain = dataclasses.fields(Measured)
+    return Measured(
+        **{f.name: None for f in plain if f.name not in ("rod", "held")},  # type: ignore[arg-type]
+        rod=SimpleNamespace(spread=spread),  # type: ignore[arg-type]
+        held=held,
+    )
+
+
+def test_a_model_that_expects_anything_closes_no_gap() -> None:
+    """Chi-squared of 900 where 100 is usual: G = 8 before, and 8 after for a model that expects 900
+    and calls it 0."""
+    first = told({"image": 100.0, "rows": 50.0}, {"image": 8.0, "rows": 0.0})
+    lax = told({"rows": 50.0, "image": 900.0}, {"rows": 0.0, "image": 0.0})
+    assert lax.held.total == pytest.approx(0.0)
+    assert lax.held_against(first) == pytest.approx(
+        {"image": 8.0, "rows": 0.0, "total": first.held.total}
+    )
