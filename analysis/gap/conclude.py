@@ -153,6 +153,8 @@ def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
         if key not in model.ways.tuned:
             return Figure(value=value, se=None, unit=p.unit)
         place = len(model.ways.knobs) + model.ways.tuned.index(key)
+        if not (model.ways.figures[place].any() or model.ways.means[place].any()):
+            return Figure(value=value, se=None, unit=p.unit)  # a small step of it changes nothing
         moved = float(np.clip(value + after.amounts[place], p.minimum, p.maximum))
         return Figure(value=moved, se=float(after.errors[place]), unit=p.unit)
 
