@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from camtruth.report.gap import answer, page
 from render.rate import RateHeader, RateImage, rate_image
 from sensor.camera import Camera
 from sensor.camera_file import load
-from sensor.catalogue import catalogue
+from sensor.catalogue import catalogue, effects_from_file
 from sensor.colours import Colours
 from sensor.effects.read_noise import ReadNoise
 from sensor.effects.row_noise import RowNoise
@@ -155,6 +156,48 @@ def test_an_effect_without_a_name_is_not_blamed_on_another() -> None:
     assert all(suspect.probability < 0.5 for suspect in found.candidates)
     assert found.where[0].family in ("rows", "neighbours")
     assert found.next_capture
+
+
+OWN = """
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensor.effect import Effect, Stage, parameter
+from sensor.signal import Signal
+from sensor.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class Striping(Effect):
+    \"\"\"Every row is read with an offset of its own, new in every frame.\"\"\"
+
+    name: ClassVar[str] = "striping"
+    stage: ClassVar[Stage] = Stage.READOUT
+    position: ClassVar[int] = 77
+    reference: ClassVar[str] = "ours"
+    height_e: float = parameter(
+        4.0, unit="e-", minimum=0.0, maximum=500.0, identity=0.0, doc="standard deviation"
+    )
+
+    def apply(self, signal: Signal, stream: Stream) -> Signal:
+        return signal.replace(signal.value + self.height_e * stream.normal(signal.shape[1], 1))
+"""
+
+
+def test_a_users_own_effect_closes_the_gap_here_and_on_a_fresh_capture(tmp_path: Path) -> None:
+    """With row noise taken out and the user's file in its place, its name is given; the camera that
+    comes of it matches new frames of another body."""
+    file = tmp_path / "striping.py"
+    file.write_text(OWN)
+    (striping,) = effects_from_file(file)
+    kinds = [catalogue()[name] for name in SUSPECTS if name != "row_noise"]
+    found = diagnose(capture(rows=True), stated={"lamp": light()}, suspects=[*kinds, striping])
+    assert [effect.name for effect in found.report.effects] == ["striping"], answer(found.report)
+    assert found.report.gap.shrink > 0.8
+    taken = camera().plus(RowNoise(sigma_e=SIGMA_E)).with_body(22)
+    fresh = record(taken, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=22)
+    report = diagnose(fresh, found.camera, stated={"lamp": light()}, suspects=kinds).report
+    assert report.verdict == "matched", answer(report)
 
 
 def test_the_camera_that_is_written_has_what_was_found() -> None:
