@@ -100,7 +100,9 @@ def attribute(
     for found in finalists:
         watch(found.name)
         pursued = pursue(case, found, many)
-        if pursued.misfit > MISFIT and all(c.misfit > MISFIT for c in candidates):
+        # the strongest effect is the first, and calibration has known it since
+        rival = found.score > RIVAL * finalists[0].score and not case.known.effects
+        if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
             pursued = anew(case, pursued, found.effect, many)
         candidates.append(pursued)
     done = {c.name for c in candidates}

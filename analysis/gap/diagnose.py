@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.attribute import attribute, shows
 from analysis.gap.base import camera_of
 from analysis.gap.calibrate import first_guess
 from analysis.gap.case import Candidate, Case
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
-from analysis.gap.fit import Fit, around, refine
+from analysis.gap.fit import Fit, around, counted, refine
 from analysis.gap.hints import Hints, brightest, period_px
 from analysis.gap.measured import measured
 from analysis.gap.report import GapReport
@@ -45,6 +46,10 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
         if not e.base and not isinstance(e, BlackLevelOffset)
     )
     base, _ = refine(start, fit_half, setting.scenery, effects)
+    if setting.arithmetic == IN_FRACTIONS:
+        other = counted(base, fit_half, setting.scenery, effects)
+        if other is not base:
+            base, _ = refine(other, fit_half, setting.scenery, effects)
     return around(base, setting.scenery, effects)
 
 

@@ -163,7 +163,10 @@ PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
 
 FAR = 2.0
-"""Chi-squared per coordinate from which directions are read anew."""
+"""Chi-squared per coordinate of a model that does not fit."""
+
+A_LONG_WAY = 0.8
+"""Part of chi-squared that is left where directions are read anew: they change on a long way."""
 
 MOST_GAIN_STEP = 0.4
 
@@ -192,12 +195,14 @@ def refine(
     """
     base, effects = start, tuple(effects)
     ways = _directions(base, scenery, effects)
-    before, slow = np.inf, 0
+    before, slow, at_directions = np.inf, 0, np.inf
     for step in range(steps):
         space, gap = _gap(base, seen, scenery, effects)
         chi2 = float(gap @ gap)
-        if step > 0 and chi2 > FAR * len(gap):  # directions change on a long way
-            ways = _directions(base, scenery, effects)
+        if step == 0:
+            at_directions = chi2
+        elif FAR * len(gap) < chi2 < A_LONG_WAY * at_directions:
+            ways, at_directions = _directions(base, scenery, effects), chi2
         amounts = calibration(space, ways).amounts(gap)
         base = turn(base, ways, amounts)
         effects = tuple(tune(e, ways, amounts) if e.name == tuned else e for e in effects)
@@ -205,17 +210,13 @@ def refine(
         before = chi2
         if slow > (PATIENCE if chi2 > FAR * len(gap) else 0):
             break
-    if not tuned and before > FAR * len(gap):
-        other = counted(base, seen, scenery, effects)
-        if other.arithmetic != base.arithmetic:
-            return refine(other, seen, scenery, effects, steps=steps)
     return base, effects
 
 
 def counted(
     base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
 ) -> Base:
-    """The base with the arithmetic of its demosaicer that fits best.
+    """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
 
     Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
     does.
@@ -228,8 +229,18 @@ def counted(
     """
     if scenery.body.pixels != "rgb8":
         return base
-    ways = [dataclasses.replace(base, arithmetic=rule) for rule in (IN_FRACTIONS, *RULES)]
-    return min(ways, key=lambda one: float(np.square(_gap(one, seen, scenery, effects)[1]).sum()))
+
+    def chi2(one: Base) -> float:
+        return float(np.square(_gap(one, seen, scenery, effects)[1]).mean())
+
+    best, least = base, chi2(base)
+    if least < FAR:
+        return base
+    for rule in {IN_FRACTIONS, *RULES} - {base.arithmetic}:
+        other = dataclasses.replace(base, arithmetic=rule)
+        if (now := chi2(other)) < least:
+            best, least = other, now
+    return best
 
 
 def _gap(
