@@ -170,8 +170,7 @@ def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
 def gap_of(found: Trail) -> Gap:
     """Distances on the frames that score, and how much of them the added effects close."""
     before, after = found.measured[0], found.measured[-1]
-    told = after.held_against(before)
-    floor, b, a = before.floor, before.held.total, told["total"]
+    floor, b, a = before.floor, before.held.total, after.held.total
     se_before, se_after = before.held_error, after.held_error
     span = b - floor
     shrink = (b - a) / span if span != 0 else 0.0
@@ -182,7 +181,7 @@ def gap_of(found: Trail) -> Gap:
     families = {
         name: {
             "before": before.held.by_family[name],
-            "after": told[name],
+            "after": after.held.by_family.get(name, 0.0),
             "p_value": before.whole.p_by_family[name],
         }
         for name in before.held.by_family

@@ -184,14 +184,14 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         best = choice.best
         added = around(best.base, setting.scenery, (*model.effects, best.effect))
         further = measured(added, setting.seen)
-        closed = further.held_against(distances[0])["total"]
-        if choices and closed > CLOSES_LITTLE * now.held_against(distances[0])["total"]:
+        if choices and further.held.total > CLOSES_LITTLE * now.held.total:
             break
         fits = further.whole.p_value >= SIGNIFICANCE
         models.append(added)
         distances.append(further)
         choices.append(choose(candidates, fits) or choice)
-        if fits or closed < LITTLE * distances[0].held.total or len(choices) == MOST_EFFECTS:
+        closed = further.held.total < LITTLE * distances[0].held.total
+        if fits or closed or len(choices) == MOST_EFFECTS:
             chances.append(further.whole.p_value)
             break
     return Trail(

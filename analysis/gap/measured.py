@@ -41,24 +41,6 @@ class Measured:
     amounts: Floats
     errors: Floats
 
-    def held_against(self, first: Measured) -> dict[str, float]:
-        """G of the half that scores, by family and in "total", in units of another model.
-
-        A model with shadows of dust somewhere expects a difference everywhere; told in its own
-        units, any picture would fit it.
-        """
-        own, theirs = self.rod.spread, first.rod.spread
-        usual = dict(zip(theirs.names, theirs.expected, strict=True))
-        chi2 = {
-            name: expected * (1.0 + self.held.by_family[name])
-            for name, expected in zip(own.names, own.expected, strict=True)
-        }
-        told = {
-            name: (chi2.get(name, 0.0) - usual[name]) / max(usual[name], 1e-9) for name in usual
-        }
-        total = float(theirs.expected.sum())
-        return told | {"total": (sum(chi2.values()) - total) / total}
-
     @property
     def held_error(self) -> float:
         """Standard error of the distance of the half that scores."""
