@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.bias.rounding import rounded
+from analysis.gap.agreement import agreed
 from analysis.gap.calibrate import NODES, WEIGHTS, Darks
-from analysis.gap.nuisance import agreed
 from analysis.gap.observe import Key, Observation
 
 BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0

@@ -117,7 +117,8 @@ def another_program(rate: np.ndarray, shot: Shot, *, whole: bool) -> np.ndarray:
 
 @pytest.mark.parametrize("whole", [True, False])
 def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
-    """It may count in whole numbers or in fractions, and its clamp may follow nothing: no gap."""
+    """It may count in whole numbers or in fractions, and its clamp may follow nothing: no gap, but
+    for a base camera that counts in another way."""
     stacks = tuple(
         Frames(
             dn=another_program(light().rate_e_per_s, shot, whole=whole),
@@ -133,6 +134,8 @@ def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
     assert setting.arithmetic == (2 if whole else 0)
     found = measured(calibrated(setting, None), setting.seen).whole
     assert found.p_value > 1e-3, found
+    other = dataclasses.replace(setting, arithmetic=3 if whole else 2)
+    assert measured(calibrated(other, None), setting.seen).whole.p_value < 1e-6
 
 
 def test_an_effect_is_named_with_its_strength() -> None:

@@ -7,6 +7,7 @@ A few moments here; CAMTRUTH_NIGHTLY=1 tries every format, at more moments.
 
 from __future__ import annotations
 
+import functools
 import os
 import resource
 import shutil
@@ -110,6 +111,16 @@ def begun(words: tuple[str, ...], out: Path, least: Callable[[], None] | None = 
 Begun = subprocess.Popen[bytes]
 
 
+def kill_once(process: Begun, least: int, pieces: Callable[[], int]) -> None:
+    """Let it write until so many pieces stand there, or it ends by itself; then strike."""
+    until = time.monotonic() + PATIENCE_S
+    while pieces() < least and process.poll() is None:
+        assert time.monotonic() < until
+        time.sleep(0.002)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+
 def files_in_scratch(folder: Path) -> int:
     return sum(
         1 for made in folder.glob(f".*{MARK}*") for path in made.rglob("*") if path.is_file()
@@ -134,12 +145,7 @@ def test_killed_and_given_again(
         folder.mkdir()
         out = folder / "made"
         process = begun(words, out)
-        until = time.monotonic() + PATIENCE_S
-        while files_in_scratch(folder) < moment and process.poll() is None:
-            assert time.monotonic() < until
-            time.sleep(0.002)
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
+        kill_once(process, moment, functools.partial(files_in_scratch, folder))
         if process.returncode == -signal.SIGKILL and not out.exists():
             struck += 1
             assert list(folder.iterdir()), "it was writing"
@@ -179,12 +185,7 @@ def test_killed_and_resumed(
         folder.mkdir()
         out = folder / "made"
         process = begun(words, out)
-        until = time.monotonic() + PATIENCE_S
-        while len(done(out)) < moment and process.poll() is None:
-            assert time.monotonic() < until
-            time.sleep(0.002)
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
+        kill_once(process, moment, lambda out=out: len(done(out)))
         if not (out / CHECKSUMS).exists():
             struck += process.returncode == -signal.SIGKILL
             stood = done(out)
@@ -208,10 +209,7 @@ def test_a_run_of_another_question_is_not_continued(
     words = (slow[case][0], str(copy), *slow[case][2:])
     out = tmp_path / "made"
     process = begun(words, out)
-    while not done(out) and process.poll() is None:
-        time.sleep(0.002)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
+    kill_once(process, 1, lambda: len(done(out)))
     assert unfinished(out).exists()
     other = ("--licence", "MIT") if words[0] == "export" else ("--camera", "another")
     assert "another question" in run(*words, *other, "--out", out, "--resume").complaint

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from docs.light_page import LENSES
 from foundation.backend import CHOICE_VARIABLE, backend
 from foundation.errors import InputError
 from render import closed_form, path_traced
@@ -33,24 +34,7 @@ from scenes.scene import Scene, load
 from tests.harness import z_limit
 
 SIZE = (160, 120)
-LENS = {
-    "speed-panchro": Lens(
-        kind="real",
-        prescription="speed-panchro",
-        focal_length_mm=4.3,
-        f_number=2.8,
-        focus_distance_m=0.30,
-        transmission=0.9,
-    ),
-    "flektagon": Lens(
-        kind="real",
-        prescription="flektagon",
-        focal_length_mm=4.3,
-        f_number=3.5,
-        focus_distance_m=0.30,
-        transmission=0.9,
-    ),
-}
+LENS = {name: dataclasses.replace(lens, transmission=0.9) for name, lens in LENSES.items()}
 
 IDEAL = """
 name = "ideal"

@@ -131,7 +131,7 @@ def _best_of_each(evidence: Iterable[Evidence]) -> list[Evidence]:
 
 def _shown(case: Case, effect: Effect, references: Mapping[int, Observation]) -> Signature | None:
     """How an effect shows here; None where these frames cannot have it."""
-    return signature(effect, case.known, others=case.known.effects, references=references)
+    return signature(effect, case.known, references=references)
 
 
 def _held(case: Case, shown: Signature) -> Evidence:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from analysis.gap.calibration import Calibration
 from analysis.gap.fit import Fit
-from analysis.gap.nuisance import Calibration
 from analysis.gap.observe import OF_A_BODY, Observation
 from analysis.gap.space import MODEL_ERROR
 from analysis.gap.twins_spread import Spread, believed

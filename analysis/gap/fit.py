@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.arithmetic import IN_FRACTIONS, RULES
 from analysis.gap.base import Base
-from analysis.gap.nuisance import (
-    Calibration,
-    Directions,
-    calibration,
-    directions,
-    moved_twins,
-)
+from analysis.gap.calibration import Calibration, calibration
+from analysis.gap.nuisance import Directions, directions, moved_twins
 from analysis.gap.observe import Key, Observation
 from analysis.gap.space import Space, figure_variances, space_of
 from analysis.gap.texture import FAMILY, texture
@@ -236,7 +231,7 @@ def counted(
     best, least = base, chi2(base)
     if least < FAR:
         return base
-    for rule in {IN_FRACTIONS, *RULES} - {base.arithmetic}:
+    for rule in (IN_FRACTIONS, *RULES):
         other = dataclasses.replace(base, arithmetic=rule)
         if (now := chi2(other)) < least:
             best, least = other, now

@@ -8,35 +8,25 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
-import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.agreement import agreed
 from analysis.gap.base import Base
 from analysis.gap.light import lamp_of
-from analysis.gap.light_blocks import blocks_of
-from analysis.gap.observe import Key, Observation
-from analysis.gap.space import Space
-from analysis.gap.twin import Scenery, exposure_of, twin
+from analysis.gap.light_ways import FREE, light_ways
+from analysis.gap.observe import Observation
+from analysis.gap.twin import Scenery, twin
 from sensor.effect import Effect, Parameter
 
 Floats = NDArray[np.float64]
 
-SHADING_PRIOR = 0.01
-PANEL_PRIOR = 0.01
-LEVEL_PRIOR = 0.001
-"""Of a shot's level against what the manifest states."""
-
-FREE = np.inf
 
 BLACK_STEP_DN = 0.05
 BLUR_STEP_PX2 = 0.2
-
-COHERENT = 0.2
-"""Correlation from which two images show the same thing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,7 +188,7 @@ def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
         figures.append(of_figures / moved.steps[key])
         means.append(of_means / moved.steps[key])
         prior.append(5.0 * abs(moved.steps[key]))
-    for change, width in _of_light(base, scenery, reference):
+    for change, width in light_ways(base, scenery, reference):
         means.append(change)
         figures.append(np.zeros(len(reference.keys)))
         prior.append(width)
@@ -230,58 +220,6 @@ def step_of(effect: Effect, p: Parameter) -> float:
     return step if value + step <= p.maximum else -step
 
 
-def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple[Floats, Floats]:
-    """What a change does to figures and block means, as far as all random numbers agree on it.
-
-    Differences of twins with the same random numbers still have noise, from rounding above all, and
-    a thousand small errors of a direction are as bad as one large error: they would make it longer,
-    and whatever is measured along it too small. The mean m of a figure with standard error e is
-    drawn to zero by 1 - (e / m)^2, and once more by what all figures of one kind together have of
-    that ratio: a kind of figure that does not move says so by its many members.
-    """
-    pairs = list(zip(before, after, strict=True))
-    figures = np.array([(b.figures - a.figures).mean(axis=0) for a, b in pairs])
-    means = np.array([(b.means - a.means).mean(axis=0) for a, b in pairs])
-    if len(pairs) == 1:
-        return figures[0], means[0]
-    mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(pairs)
-    drawn = np.zeros_like(mean)
-    for places in _alike(before[0].keys):
-        own, noise = mean[places], square[places]
-        noise = (noise + BORROWED * noise.mean()) / (1 + BORROWED)
-        ratio = np.square(own) / np.maximum(noise, 1e-300)
-        of_kind = max(0.0, 1.0 - 1.0 / max(float(ratio.mean()), 1e-300))
-        drawn[places] = own * of_kind * np.maximum(0.0, 1.0 - 1.0 / np.maximum(ratio, 1e-300))
-    return drawn, _coherent(means)
-
-
-BORROWED = 3.0
-"""Weight of the others of its kind in the noise of a figure's change, against its own."""
-
-
-@functools.lru_cache(maxsize=8)
-def _alike(keys: tuple[Key, ...]) -> list[NDArray[np.intp]]:
-    """Places of the figures of each kind: one statistic, in all shots and lattices."""
-    kinds: dict[tuple[str, str], list[int]] = {}
-    for place, key in enumerate(keys):
-        kinds.setdefault((key.family, key.statistic), []).append(place)
-    return [np.array(places) for places in kinds.values()]
-
-
-def _coherent(images: Floats) -> Floats:
-    """Mean of images that show the same thing; nothing, where each shows another.
-
-    A pattern that belongs to a camera body is in another place in every body: no template of the
-    mean image, though figures of its size are.
-    """
-    mean = images.mean(axis=0)
-    total = float(np.square(images).sum())
-    if len(images) == 1 or total == 0:
-        return np.asarray(mean)
-    alike = (len(images) * float(np.square(mean).sum()) - total / len(images)) / total
-    return np.asarray(mean) if alike > COHERENT * (1 - 1 / len(images)) else np.zeros_like(mean)
-
-
 def _own(reference: Observation, base: Base, channel: int | None) -> Floats:
     """Part of a figure's change that belongs to a channel: all of its own lattices, its share of
     the figures that look at all.
@@ -303,111 +241,3 @@ def _own(reference: Observation, base: Base, channel: int | None) -> Floats:
 def _shots_of(knob: Knob, scenery: Scenery) -> Floats:
     lamp = knob.name.removeprefix("level:")
     return np.array([float(not s.dark and lamp_of(s) == lamp) for s in scenery.shots])
-
-
-def _of_light(
-    base: Base, scenery: Scenery, reference: Observation
-) -> Iterator[tuple[Floats, float]]:
-    """Changes of the block means by the light alone, each with its prior."""
-    shape = reference.means.shape[1:]
-    lit = [k for k, shot in enumerate(scenery.shots) if not shot.dark]
-    lamps = sorted({lamp_of(scenery.shots[k]) for k in lit})
-    unit = {
-        lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None]
-        * blocks_of(scenery.light.rates[lamp], scenery.view, base.channels)
-        for lamp in lamps
-    }
-    for k in lit:
-        change = np.zeros(shape)
-        shot = scenery.shots[k]
-        change[k] = unit[lamp_of(shot)] * exposure_of(shot)
-        yield change, LEVEL_PRIOR
-    if not scenery.light.known:
-        return
-
-    def everywhere(by_lamp: dict[str, Floats]) -> Floats:
-        change = np.zeros(shape)
-        for k in lit:
-            shot = scenery.shots[k]
-            if lamp_of(shot) in by_lamp:
-                change[k] = by_lamp[lamp_of(shot)] * exposure_of(shot)
-        return change
-
-    down, across = reference.grid
-    y = np.repeat(np.linspace(-1, 1, down), across)
-    x = np.tile(np.linspace(-1, 1, across), down)
-    for shading in (x, y, x * x, x * y, y * y):
-        for lamp in lamps:
-            yield everywhere({lamp: unit[lamp] * shading}), SHADING_PRIOR
-    yield from ((everywhere(change), FREE) for change in _moved(base, scenery, lamps))
-    height, width = scenery.body.height, scenery.body.width
-    for panel in scenery.light.panels:
-        mask = np.zeros((height, width, 3), dtype=np.float32)
-        mask[panel.y : panel.y + panel.h, panel.x : panel.x + panel.w] = 1.0
-        where = blocks_of(mask, scenery.view, base.channels)
-        for c in range(len(base.channels)):
-            one = np.zeros_like(where)
-            one[c] = where[c]
-            yield everywhere({lamp: unit[lamp] * one for lamp in lamps}), PANEL_PRIOR
-
-
-def _moved(base: Base, scenery: Scenery, lamps: list[str]) -> Iterator[dict[str, Floats]]:
-    """The picture shifted, turned and scaled, by lamp."""
-    pieces: list[dict[str, Floats]] = [{} for _ in range(4)]
-    for lamp in lamps:
-        rate = scenery.light.rates[lamp].astype(np.float32)
-        dy, dx = np.gradient(rate, axis=(0, 1))
-        h, w = rate.shape[:2]
-        y = (np.arange(h, dtype=np.float32) - h / 2)[:, None, None] / w
-        x = (np.arange(w, dtype=np.float32) - w / 2)[None, :, None] / w
-        scale = (base.level[lamp] * base.gain_dn_per_e)[:, None]
-        for piece, image in zip(pieces, (dx, dy, x * dx + y * dy, x * dy - y * dx), strict=True):
-            piece[lamp] = scale * blocks_of(image, scenery.view, base.channels)
-    yield from pieces
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Calibration:
-    """A space less what calibration takes up.
-
-    Attributes:
-        space: where figures have units of their standard errors.
-        q: orthonormal columns over the coordinates and the priors, (coordinates + n, n).
-        solve: from projections to amounts of each direction.
-    """
-
-    space: Space
-    q: Floats
-    solve: Floats
-
-    def left(self, vector: Floats) -> Floats:
-        """What calibration cannot take up of a vector, or of several (rows)."""
-        n = self.q.shape[0] - vector.shape[-1]
-        padded = np.concatenate([vector, np.zeros((*vector.shape[:-1], n))], axis=-1)
-        return np.asarray(padded - (padded @ self.q) @ self.q.T)
-
-    def amounts(self, vector: Floats) -> Floats:
-        """How much of each direction calibration takes up."""
-        return np.asarray(self.solve @ (self.q[: len(vector)].T @ vector))
-
-
-def calibration(space: Space, ways: Directions) -> Calibration:
-    """What is left of a space when all directions are taken out.
-
-    A prior of standard deviation s is one more measurement: that the amount is 0 +- s.
-    """
-    columns = np.array(
-        [space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
-    ).T
-    size = np.linalg.norm(columns, axis=0)
-    with np.errstate(divide="ignore"):
-        priors = np.where(np.isinf(ways.prior), 0.0, 1.0 / ways.prior)
-    # a direction that shows nowhere is held where it is
-    priors = np.where(size + priors < 1e-9, 1.0, priors)
-    scale = np.hypot(size, priors)
-    matrix = np.vstack([columns, np.diag(priors)]) / scale
-    squares, v = np.linalg.eigh(matrix.T @ matrix)
-    good = squares > 1e-10 * squares[-1]
-    length = np.sqrt(squares[good])
-    q = matrix @ (v[:, good] / length)
-    return Calibration(space=space, q=q, solve=(v[:, good] / length) / scale[:, None])

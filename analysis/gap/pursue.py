@@ -46,7 +46,6 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
         shown = signature(
             effect,
             case.known,
-            others=case.known.effects,
             base=base,
             seeds=FINAL_SEEDS,
             references=many,
@@ -91,7 +90,6 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
 
 ANEW_STEPS = 5
 
-
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
 
@@ -122,9 +120,7 @@ def anew(case: Case, found: Candidate, first: Effect, many: Mapping[int, Observa
         steps=ANEW_STEPS,
         tuned=found.name,
     )
-    shown = signature(
-        effects[-1], known, others=known.effects, base=base, seeds=FINAL_SEEDS, references=many
-    )
+    shown = signature(effects[-1], known, base=base, seeds=FINAL_SEEDS, references=many)
     if shown is None:
         return found
     again = candidate(case, shown, base, found.absorbed)

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.agreement import agreed
 from analysis.gap.base import Base
+from analysis.gap.calibration import Calibration
 from analysis.gap.fit import SEEDS, Fit
-from analysis.gap.nuisance import Calibration, agreed
 from analysis.gap.observe import Key, Observation
 from analysis.gap.twin import twin
 from foundation.errors import InputError
@@ -92,7 +93,6 @@ def signature(
     effect: Effect,
     known: Fit,
     *,
-    others: Sequence[Effect] = (),
     seeds: Sequence[int] = SEEDS,
     base: Base | None = None,
     references: Mapping[int, Observation] | None = None,
@@ -101,8 +101,7 @@ def signature(
 
     Args:
         effect: with its parameters.
-        known: the calibrated base.
-        others: effects that the camera has already.
+        known: the model, with the effects it has already.
         seeds: random numbers, once each.
         base: figures of the camera, where they are not those of the fit.
         references: twins without the effect by seed, where they are at hand.
@@ -110,7 +109,7 @@ def signature(
     try:
         after = [
             known.textured(
-                twin(known.scenery, base or known.base, effects=[*others, effect], seed=seed)
+                twin(known.scenery, base or known.base, effects=[*known.effects, effect], seed=seed)
             )
             for seed in seeds
         ]
@@ -119,7 +118,7 @@ def signature(
     before = [
         references[seed]
         if references is not None
-        else known.textured(twin(known.scenery, known.base, effects=others, seed=seed))
+        else known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
         for seed in seeds
     ]
     figures, means = agreed(before, after)

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibration import Calibration, calibration
 from analysis.gap.fit import FIRST_SEED, Fit
-from analysis.gap.nuisance import Calibration, calibration
 from analysis.gap.observe import Observation
 from analysis.gap.space import space_of
 from analysis.gap.suspects import scaled, signature, starts, strengths
@@ -99,7 +99,7 @@ def shown(
     """Chi-squared of an effect's signature after calibration, and before; below 0 by chance."""
     whole, left = [], []
     for seed in LIMIT_SEEDS:
-        one = signature(effect, known, others=known.effects, seeds=(seed,), references=references)
+        one = signature(effect, known, seeds=(seed,), references=references)
         if one is None:
             return 0.0, 0.0
         vector = turned.space.vector(one.figures, one.means)

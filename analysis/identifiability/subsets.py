@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibration import calibration
 from analysis.gap.fit import SEEDS, Fit
-from analysis.gap.nuisance import calibration
 from analysis.gap.space import space_of
 from analysis.gap.suspects import Signature, scaled, signature, signed
 from analysis.gap.twin import twin
@@ -165,7 +165,7 @@ def predict(
     for kind in kinds:
         watch(kind.name)
         effect = scaled(default_of(kind), strength)
-        shown = signature(effect, known, others=known.effects, references=references)
+        shown = signature(effect, known, references=references)
         if shown is not None:
             made.append(shown)
     return Prediction(known=known, signatures=tuple(made))
