@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from camtruth import options, terminal
-
-if TYPE_CHECKING:
-    from sensor.camera import Camera
-    from sensor.protocol import Protocol
 
 FOLDER = options.OUTPUT_ROOT / "blind"
 FRAMES = 24
@@ -96,6 +91,7 @@ def make(
     are given strengths of 1 to 16 detection limits. Other people's code that is not installed is
     left out, and the set says so.
     """
+    from camtruth.blind import arguments
     from camtruth.blind.design import counts
     from camtruth.blind.foreign.library import missing
     from camtruth.blind.format import beside
@@ -103,11 +99,11 @@ def make(
     from camtruth.rendering import render
     from scenes import scene as scenes
 
-    asked = counts(dict(_kind_and_number(text) for text in cases))
-    width, height = _width_and_height(size)
-    bases = {camera: _sized(camera, height, width) for camera in cameras}
-    shots = _with_frames(protocol, frames)
-    place = out or FOLDER / _safe(name)
+    asked = counts(dict(arguments.kind_and_number(text) for text in cases))
+    width, height = arguments.width_and_height(size)
+    bases = {camera: arguments.sized(camera, height, width) for camera in cameras}
+    shots = arguments.with_frames(protocol, frames)
+    place = out or FOLDER / arguments.safe(name)
     where = scenes.load(scene).with_size(width, height)
     for lamp in shots.lamps:
         where.named(lamp)
@@ -166,13 +162,18 @@ def solve(
 
     A run that was stopped goes on by --resume. The seal is not read.
     """
+    from camtruth.blind import arguments
     from camtruth.blind.answering import OURS
     from camtruth.blind.answering import solve as answer_all
     from camtruth.blind.format import beside, read_set
     from foundation.output import CHECKSUMS, sha256
 
     total = len(read_set(folder).case)
-    ending = "answers" if solver == OURS else _safe(Path(solver.rpartition(":")[2] or solver).name)
+    ending = (
+        "answers"
+        if solver == OURS
+        else arguments.safe(Path(solver.rpartition(":")[2] or solver).name)
+    )
     place = out or beside(folder, ending)
     with terminal.progress(f"answering {total} cases", total) as advance:
         answer_all(
@@ -231,12 +232,13 @@ def score(
     Refused until every answer is written and their hashes stand in SHA256SUMS. Writes score.json
     and table.md.
     """
+    from camtruth.blind import arguments
     from camtruth.blind.format import beside as neighbour
     from camtruth.blind.scoring import markdown, percent, rows_of
     from camtruth.blind.scoring import score as mark_all
     from foundation.output import new_folder
 
-    named = dict(_name_and_folder(text) for text in others)
+    named = dict(arguments.name_and_folder(text) for text in others)
     document = mark_all(folder, answers=answers, others=named, seal=seal)
     place = out or neighbour(folder, "score")
     with new_folder(place, overwrite=overwrite) as made:
@@ -292,66 +294,6 @@ def split(capture: Path, by: str, run: int, out: Path, overwrite: bool, as_json:
     first, second = (out / name for name in halves)
     click.echo(f"Next: camtruth diagnose {first} --out half, then")
     click.echo(f"      camtruth diagnose {second} --model half/camera.toml")
-
-
-def _kind_and_number(text: str) -> tuple[str, int]:
-    from camtruth.blind.errors import BlindError
-
-    kind, equals, number = text.partition("=")
-    if not (equals and kind and number.isdecimal() and len(number) < 7):
-        raise BlindError(f"--cases {text}", "expected KIND=N", "as in --cases null=40")
-    return kind, int(number)
-
-
-def _name_and_folder(text: str) -> tuple[str, Path]:
-    from camtruth.blind.errors import BlindError
-    from camtruth.blind.scoring import MAIN
-
-    name, equals, folder = text.partition("=")
-    if not (equals and name and folder) or name == MAIN:
-        raise BlindError(
-            f"--beside {text}", "expected NAME=DIR", "as in --beside histogram=SET.histogram"
-        )
-    return name, Path(folder)
-
-
-def _width_and_height(text: str) -> tuple[int, int]:
-    from camtruth.blind.errors import BlindError
-
-    width, x, height = text.partition("x")
-    if not (x and width.isdecimal() and height.isdecimal() and len(text) < 12):
-        raise BlindError(f"--size {text}", "expected WIDTHxHEIGHT", "as in --size 160x120")
-    if min(int(width), int(height)) < 32:
-        raise BlindError(f"--size {text}", "expected at least 32 x 32 pixels", "make it larger")
-    return int(width), int(height)
-
-
-def _safe(name: str) -> str:
-    import re
-
-    from camtruth.blind.errors import BlindError
-
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}", name):
-        raise BlindError(
-            f"the name '{name}'", "expected letters, digits, - and _", "name the folder by --out"
-        )
-    return name
-
-
-def _sized(camera: str, height: int, width: int) -> Camera:
-    from sensor import camera_file
-
-    return camera_file.load(camera).resized(height, width)
-
-
-def _with_frames(protocol: str, frames: int) -> Protocol:
-    import dataclasses
-
-    from sensor import protocol as protocols
-
-    loaded = protocols.load(protocol)
-    shots = tuple(dataclasses.replace(shot, frames=frames) for shot in loaded.shot)
-    return dataclasses.replace(loaded, shot=shots)
 
 
 def _refuse_early(*places: Path, resume: bool, overwrite: bool) -> None:
