@@ -159,16 +159,18 @@ def test_killed_and_given_again(
 def done(out: Path) -> dict[str, tuple[int, int]]:
     """The pieces that stand in an unfinished folder, and which files they are.
 
-    Of a study, which keeps results as they come, the lines that hold one.
+    What is being made has a name that begins with a dot, itself or a folder that it lies in:
+    it does not stand yet. Of a study, which keeps results as they come, the lines that hold one.
     """
     if (out / JOURNAL).exists():
         lines = (out / JOURNAL).read_bytes().splitlines(keepends=True)[1:]
         return {line.decode(): (0, 0) for line in lines if line.endswith(b"\n")}
     return {
-        path.relative_to(work).as_posix(): (path.stat().st_ino, path.stat().st_mtime_ns)
+        name.as_posix(): (path.stat().st_ino, path.stat().st_mtime_ns)
         for work in (unfinished(out), out)
         for path in work.rglob("*")
-        if path.suffix in PIECES and not path.name.startswith(".")
+        for name in [path.relative_to(work)]
+        if path.suffix in PIECES and not any(part.startswith(".") for part in name.parts)
     }
 
 
