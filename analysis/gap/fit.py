@@ -13,7 +13,7 @@ from analysis.gap.arithmetic import IN_FRACTIONS, RULES
 from analysis.gap.base import Base
 from analysis.gap.calibration import Calibration, calibration
 from analysis.gap.nuisance import Directions, directions, moved_twins
-from analysis.gap.observe import Key, Observation
+from analysis.gap.observe import EVERY_SHOT, Key, Observation
 from analysis.gap.space import Space, figure_variances, space_of
 from analysis.gap.texture import FAMILY, texture
 from analysis.gap.twin import Scenery, twin
@@ -144,8 +144,8 @@ def fair(count: int) -> float:
 
 
 def lit_by_label(scenery: Scenery) -> dict[str, bool]:
-    """Whether each shot is lit."""
-    return {shot.label: not shot.dark for shot in scenery.shots}
+    """Whether each shot is lit; what is counted over all shots is not."""
+    return {EVERY_SHOT: False} | {shot.label: not shot.dark for shot in scenery.shots}
 
 
 MOST_STEPS = 10

@@ -212,12 +212,16 @@ def free_parameters(effect: Effect) -> list[Parameter]:
     ]
 
 
-def step_of(effect: Effect, p: Parameter) -> float:
-    """Step of a parameter's difference quotient: a tenth of it, or a hundredth of its range."""
+def step_of(effect: Effect, p: Parameter, times: float = 1.0) -> float:
+    """Step of a parameter's difference quotient: a tenth of it, or a hundredth of its range.
+
+    Up where there is room, or else to the side that has more.
+    """
     value = float(getattr(effect, p.name))
     size = abs(value - p.identity) if p.identity is not None and p.identity < 1e6 else abs(value)
-    step = 0.1 * (size or 0.1 * (p.maximum - p.minimum))
-    return step if value + step <= p.maximum else -step
+    step = times * 0.1 * (size or 0.1 * (p.maximum - p.minimum))
+    up, down = min(step, p.maximum - value), min(step, value - p.minimum)
+    return up if up == step or up > down else -down
 
 
 def _own(reference: Observation, base: Base, channel: int | None) -> Floats:

@@ -111,8 +111,25 @@ class View:
     top_dn: int
 
 
-Stack = tuple[str, bool, Sequence[NDArray[Any]]]
-"""Label of a shot, whether it is lit, and its groups of frames."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stack:
+    """The frames of a shot, ready to be looked at.
+
+    Attributes:
+        label: of the shot.
+        lit: whether a lamp was on.
+        groups: its frames in groups, none of which repeats another.
+        repeated: part of the frames as they came that repeated the one before.
+    """
+
+    label: str
+    lit: bool
+    groups: Sequence[NDArray[Any]]
+    repeated: float
+
+
+EVERY_SHOT = "every shot"
+REPEATED = "repeated frames"
 
 
 def observe(stacks: Iterable[Stack], view: View) -> Observation:
@@ -123,9 +140,12 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         view: how to look.
     """
     jobs: list[tuple[str, list[Future[_Seen]]]] = []
+    repeated = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for label, lit, groups in stacks:
-            jobs.append((label, [pool.submit(_look, dn, lit, view) for dn in groups]))
+        for stack in stacks:
+            repeated.append(stack.repeated)
+            groups = [pool.submit(_look, dn, stack.lit, view) for dn in stack.groups]
+            jobs.append((stack.label, groups))
         seen = [(label, [future.result() for future in futures]) for label, futures in jobs]
     keys: list[Key] = []
     by_key: list[list[float]] = []
@@ -135,6 +155,9 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
             if all(where in one.figures for one in shot):
                 keys.append(Key(shot=label, lattice=lattice, family=family, statistic=statistic))
                 by_key.append([one.figures[where] for one in shot])
+    # they are so few that only all shots together tell how many
+    keys.append(Key(shot=EVERY_SHOT, lattice="all", family="time", statistic=REPEATED))
+    by_key.append([float(np.mean(repeated))] * len(seen[0][1]))
     channels = tuple(dict.fromkeys(lattice.channel for lattice in view.lattices))
     first = seen[0][1][0]
     return Observation(

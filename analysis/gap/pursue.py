@@ -187,8 +187,7 @@ def _reshaped(
     """One Gauss-Newton step of all parameters of an effect."""
     turned, space = case.fitting.turned, case.fitting.turned.space
     current = vector(space, now.shown)
-    wider = [3.0 if p.identity is None else 1.0 for p in free]
-    steps = np.array([step_of(now.effect, p) for p in free]) * wider
+    steps = np.array([step_of(now.effect, p, 3.0 if p.identity is None else 1.0) for p in free])
     columns = []
     for p, by in zip(free, steps, strict=True):
         moved = dataclasses.replace(now.effect, **{p.name: getattr(now.effect, p.name) + float(by)})

@@ -14,7 +14,7 @@ from analysis.gap.calibrate import black_of
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.light import light_of
 from analysis.gap.observe import BLOCKS_DOWN, Observation, View, observe
-from analysis.gap.shots import Plan, groups_of, plan
+from analysis.gap.shots import Plan, plan, stack_of
 from analysis.gap.twin import Scenery, exposure_of, shots_of
 from render.rate import RateImage
 from sensor.frames import Capture
@@ -55,12 +55,11 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         shots=shots_of([f.shot for f in keys]),
         view=view,
     )
-    stacks = ((f.shot.label, not f.shot.dark, groups_of(f, chosen)) for f in keys)
     return Setting(
         capture=capture,
         plan=chosen,
         scenery=scenery,
-        seen=observe(stacks, view),
+        seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         arithmetic=arithmetic_of([f.dn for f in keys], lattices),
     )

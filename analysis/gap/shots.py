@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.gap.observe import Stack
+from analysis.gap.repeats import fresh, repeats
 from sensor.frames import Capture, Frames
 
 GROUP_FRAMES = 8
@@ -98,8 +98,13 @@ def _saturated(frames: Frames) -> bool:
     return float((frames.dn[0] >= frames.top_dn).mean()) > 0.1
 
 
-def groups_of(frames: Frames, plan: Plan) -> list[NDArray[Any]]:
-    """The groups of frames of a shot."""
-    return [
-        np.asarray(frames.dn[k * plan.frames : (k + 1) * plan.frames]) for k in range(plan.groups)
-    ]
+def stack_of(frames: Frames, plan: Plan) -> Stack:
+    """A shot in groups of frames."""
+    wanted = plan.groups * plan.frames
+    taken = np.asarray(frames.dn[:wanted])
+    return Stack(
+        label=frames.shot.label,
+        lit=not frames.shot.dark,
+        groups=np.split(fresh(taken, wanted), plan.groups),
+        repeated=float(repeats(taken).mean()),
+    )

@@ -40,7 +40,7 @@ LEAST_SPREAD = 1e-6
 """Of a figure that never moved in any twin."""
 
 ROOTS_OF_SHARES = frozenset(
-    {"loud pixels", "hot samples", "very hot samples", "at zero", "at the top", "repeated frames"}
+    {"loud pixels", "hot samples", "very hot samples", "at zero", "at the top"}
 )
 """Figures that are roots of a share of samples: a count of n has a root with the error 1/2."""
 

@@ -12,8 +12,10 @@ from analysis.gap.base import Base, Body, camera_of
 from analysis.gap.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.light_blocks import light_noise
 from analysis.gap.observe import Observation, Stack, View, observe
+from analysis.gap.repeats import fresh, repeats
 from sensor.camera import Camera
 from sensor.effect import Effect
+from sensor.effects.dropped_frames import DroppedFrames
 from sensor.protocol import Shot
 from sensor.simulation import pixels_of, simulate
 
@@ -101,14 +103,25 @@ def softened(rate: Rate, variance_px2: float) -> Rate:
     return np.asarray(cv2.GaussianBlur(rate, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT_101))
 
 
+MORE = 4
+"""Groups of frames that show how many repeat: up to half of them do."""
+
+
 def _stacks(
     camera: Camera, scenery: Scenery, rates: Mapping[str, Rate], seed: int
 ) -> Iterator[Stack]:
-    """One group of frames of each shot."""
-    frames = range(scenery.view.frames)
+    """One group of frames of each shot; of a camera that drops some, out of many more."""
+    wanted = scenery.view.frames
+    drops = any(isinstance(effect, DroppedFrames) for effect in camera.effects)
+    frames = range(MORE * wanted if drops else wanted)
     for shot in scenery.shots:
-        signal = simulate(camera, shot, rates, seed=seed, frames=frames)
-        yield shot.label, not shot.dark, [pixels_of(camera, signal)]
+        dn = pixels_of(camera, simulate(camera, shot, rates, seed=seed, frames=frames))
+        yield Stack(
+            label=shot.label,
+            lit=not shot.dark,
+            groups=[fresh(dn, wanted)],
+            repeated=float(repeats(dn).mean()),
+        )
 
 
 def shots_of(shots: Sequence[Shot]) -> tuple[Shot, ...]:

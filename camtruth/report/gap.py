@@ -211,8 +211,8 @@ def _pictures(found: Diagnosis) -> Section:
     assert found.setting is not None
     assert found.trail is not None
     report, models = found.report, found.trail.models
-    labels = [p.shot for p in report.where] or list(found.setting.plan.key)
-    label = next(name for name in labels if name in found.setting.plan.key)
+    key = found.setting.plan.key
+    label = next((p.shot for p in report.where if p.shot in key), key[0])
     real = next(f for f in found.setting.capture.frames if f.shot.label == label)
     frames = found.setting.plan.frames
     before = _simulated(models[0], label, frames)

@@ -41,6 +41,7 @@ class DroppedFrames(Effect):
         minimum=0.0,
         maximum=0.5,
         identity=0.0,
+        starts=(0.25,),
         doc="probability that a frame repeats the one before",
     )
 

@@ -66,7 +66,7 @@ def neighbours(group: Group) -> dict[str, float]:
 
 
 def time(group: Group) -> dict[str, float]:
-    """Correlation of a pixel with itself in later frames, and frames that repeat."""
+    """Correlation of a pixel with itself in later frames."""
     noise, n = group.noise, len(group.noise)
     size = group.mean.size
     power = np.einsum("nhw,nhw->n", noise, noise) / size
@@ -78,10 +78,6 @@ def time(group: Group) -> dict[str, float]:
         together = np.einsum("nhw,nhw->n", noise[lag:], noise[:-lag]) / size
         steps = (power[lag:] + power[:-lag]) / 2 - together
         found[f"time structure, lag {lag}"] = safe_ratio(float(steps.mean()), scale) - 1.0
-        if lag == 1:
-            typical = float(np.median(steps))
-            repeated = (steps < 0.02 * typical) if typical > 0 else np.zeros(1)
-            found["repeated frames"] = float(np.mean(repeated))
     return found
 
 
