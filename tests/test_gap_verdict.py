@@ -34,6 +34,7 @@ BASE = Base(
     dark_e_per_s=0.0,
     shown_e_per_s=0.0,
     arithmetic=0,
+    white_balance=None,
     blur_px2=0.0,
     level={},
 )

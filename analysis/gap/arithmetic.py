@@ -18,6 +18,9 @@ from analysis.gap.lattices import Lattice, inner
 Whole = NDArray[np.int64]
 
 IN_FRACTIONS = 0
+OF_WHOLE_SAMPLES = 4
+"""In fractions behind a converter that has rounded: of itself it looks like halves to the even
+number, and differs from it by what processing makes of the fractions."""
 
 RULES: dict[int, Callable[[Whole], Whole]] = {
     1: lambda total: (total + 1) // 2,

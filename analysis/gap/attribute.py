@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from analysis.gap.case import Candidate, Case, candidate
 from analysis.gap.fit import SEEDS
 from analysis.gap.hints import Hints
 from analysis.gap.observe import Observation
-from analysis.gap.pursue import FINAL_SEEDS, anew, pursue
+from analysis.gap.pursue import FINAL_SEEDS, MISFIT, anew, pursue
 from analysis.gap.suspects import (
     Evidence,
     Signature,
@@ -34,9 +34,6 @@ ADAPTED = 7
 FINALISTS = 3
 NEAR = 0.2
 """A suspect with less than this part of the best score is no finalist."""
-
-MISFIT = 1.2
-"""Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
 
 RIVAL = 0.5
 """Part of the best score from which another one is its rival."""
@@ -75,33 +72,41 @@ def attribute(
     case: Case,
     shown: Iterable[Signature],
     watch: Callable[[str], None] = lambda name: None,
+    *,
+    told: Container[str] = (),
 ) -> list[Candidate]:
     """Every suspect that these frames may show, best first.
 
     Args:
         case: the capture.
         shown: how the suspects show, here or at a model near this one; see `shows`.
+        told: names of suspects whose strength the frames tell: they are followed in any case.
         watch: told whose turn it is.
     """
     references = _references(case, SEEDS)
     keys = case.fitting.turned.space.keys
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
     adapted = []
+    evident = [e for e in first if e.name in told]
     for found in first[:ADAPTED]:
-        if found.score > WORTH_A_LOOK:
+        if found.score > WORTH_A_LOOK and found not in evident:
             watch(found.name)
             adapted.append(_adapt(case, found, references))
     adapted.sort(key=lambda e: -e.score)
-    finalists = [e for e in adapted if e.score > NEAR * adapted[0].score][:FINALISTS]
+    likely = [e for e in adapted if e.score > NEAR * adapted[0].score]
+    finalists = [*evident, *likely][:FINALISTS]
     many = references
     if finalists:
         many = references | _references(case, [s for s in FINAL_SEEDS if s not in references])
     candidates: list[Candidate] = []
     for found in finalists:
         watch(found.name)
+        if found in evident:
+            candidates.append(anew(case, _as_it_is(case, found), found.effect, many, tuned=False))
+            continue
         pursued = pursue(case, found, many)
         # the strongest effect is the first, and calibration has known it since
-        rival = found.score > RIVAL * finalists[0].score and not case.known.effects
+        rival = found.score > RIVAL * likely[0].score and not case.known.effects
         if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
             pursued = anew(case, pursued, found.effect, many)
         candidates.append(pursued)

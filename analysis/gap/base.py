@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
+from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Frames, Pixels
 
 Floats = NDArray[np.float64]
@@ -41,6 +42,8 @@ class Base:
         dark_e_per_s: dark current, which brings its shot noise.
         shown_e_per_s: the part of its mean that grows in the frames with the exposure.
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
+        white_balance: of whole codes, behind it; None without. Gains, levels and variances above
+            are those before it.
         blur_px2: variance by which the picture is softer than its light, along each axis.
         level: electrons per unit of the light, by lamp, each per channel.
     """
@@ -54,6 +57,7 @@ class Base:
     dark_e_per_s: float
     shown_e_per_s: float
     arithmetic: int
+    white_balance: WhiteBalance | None
     blur_px2: float
     level: Mapping[str, Floats]
 
@@ -154,6 +158,9 @@ def camera_of(base: Base, body: Body) -> Camera:
     black_dn = float(base.black_dn.mean())
     if np.ptp(base.black_dn) > 0:
         values["black_level_offset"] = {"offset_e": colours((base.black_dn - black_dn) / gain)}
+    effects = [known[name].with_parameters(figures) for name, figures in values.items()]
+    if base.white_balance is not None:
+        effects.append(base.white_balance)
     return Camera(
         name=body.name,
         width=body.width,
@@ -163,4 +170,4 @@ def camera_of(base: Base, body: Body) -> Camera:
         cfa=body.cfa,
         gain_dn_per_e=colours(gain),
         black_dn=black_dn,
-    ).plus(*(known[name].with_parameters(figures) for name, figures in values.items()))
+    ).plus(*effects)

@@ -7,6 +7,7 @@ pattern          = FPN + PRNU^2 (mean - black)^2
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,13 +16,14 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from analysis.bias.rounding import rounded
-from analysis.gap.arithmetic import IN_FRACTIONS
+from analysis.gap.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.base import MOST_DARK_E_PER_S, Base
 from analysis.gap.light import lamp_of
 from analysis.gap.light_blocks import blocks_of
 from analysis.gap.observe import Observation
 from analysis.gap.twin import Scenery, exposure_of
 from sensor.camera import Camera
+from sensor.effects.white_balance import WhiteBalance
 
 Floats = NDArray[np.float64]
 
@@ -206,8 +208,31 @@ def first_guess(
         dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
         shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
         arithmetic=arithmetic,
+        white_balance=None,
         blur_px2=0.0,
         level=levels(seen, scenery, dark, gain),
+    )
+
+
+def before(balance: WhiteBalance, base: Base) -> Base:
+    """The base in front of a white balance, of one that was read behind it.
+
+    Args:
+        balance: gains of whole codes.
+        base: by moments of the frames.
+    """
+    k = np.array(
+        [{"R": balance.red_gain, "B": balance.blue_gain}.get(c, 1.0) for c in base.channels]
+    )
+    origin = float(base.black_dn.mean()) if balance.about_black else 0.0
+    return dataclasses.replace(
+        base,
+        gain_dn_per_e=base.gain_dn_per_e / k,
+        read_dn2=base.read_dn2 / k**2,
+        fpn_dn2=base.fpn_dn2 / k**2,
+        black_dn=origin + (base.black_dn - origin) / k,
+        arithmetic=OF_WHOLE_SAMPLES,
+        white_balance=balance,
     )
 
 

@@ -50,4 +50,7 @@ def calibration_figures(known: Fit, errors: Floats) -> dict[str, dict[str, Figur
     found["blur"] = {
         "all": Figure(value=base.blur_px2, se=by_knob.get(("blur", None)), unit="px^2")
     }
+    if base.white_balance is not None:
+        gains = {"R": base.white_balance.red_gain, "B": base.white_balance.blue_gain}
+        found["white_balance"] = {c: Figure(value=g, se=None, unit="1") for c, g in gains.items()}
     return found

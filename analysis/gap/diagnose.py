@@ -12,15 +12,16 @@ import numpy as np
 from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.attribute import attribute, shows
 from analysis.gap.base import camera_of
-from analysis.gap.calibrate import first_guess
+from analysis.gap.calibrate import before, first_guess
 from analysis.gap.case import Candidate, Case
+from analysis.gap.comb import exponent, histograms
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
 from analysis.gap.fit import Fit, around, counted, refine
-from analysis.gap.hints import Hints, brightest, period_px
+from analysis.gap.hints import Hints, brightest, empty_bits, period_px
 from analysis.gap.measured import measured
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
-from analysis.gap.suspects import Signature
+from analysis.gap.suspects import Signature, strengths
 from analysis.gap.verdict import EQUIVALENT, SIGNIFICANCE, Choice, both, choose, p_of_best
 from render.rate import RateImage
 from sensor.camera import Camera
@@ -39,6 +40,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     """The base camera of a capture, from the frames that fit."""
     fit_half, _ = halves(setting.seen)
     start = first_guess(fit_half, setting.scenery, nominal, setting.black_dn, setting.arithmetic)
+    if setting.white_balance is not None:
+        start = before(setting.white_balance, start)
     # the black level is calibrated, whatever the camera says of it
     effects = tuple(
         e
@@ -60,11 +63,15 @@ def hints_of(setting: Setting, case: Case) -> Hints:
     image = case.fit_left[count : count + size].reshape(space.shape)
     across, below = brightest(image, setting.seen.grid)
     stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
-    return {
-        "across": across,
-        "below": below,
-        "period_px": period_px(stacks, setting.scenery.view.lattices),
-    }
+    lattices = setting.scenery.view.lattices
+    hints = {"across": across, "below": below, "period_px": period_px(stacks, lattices)}
+    bits = empty_bits(stacks, lattices)
+    if bits:
+        hints["bits"] = float(bits)
+    power = exponent(histograms([f.dn for f in stacks], lattices, setting.scenery.view.top_dn))
+    if power is not None:
+        hints |= {"exponent": power, "about_black": 0.0}
+    return hints
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -174,7 +181,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
         shown += shows(now.case, again, hints, tell)
-        candidates = attribute(now.case, shown, tell)
+        told = {k.name for k in left if any(p.name in hints for p in strengths(k))}
+        candidates = attribute(now.case, shown, tell, told=told)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.arithmetic import IN_FRACTIONS, RULES
+from analysis.gap.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, RULES
 from analysis.gap.base import Base
 from analysis.gap.calibration import Calibration, calibration
 from analysis.gap.nuisance import Directions, directions, moved_twins
@@ -231,7 +231,7 @@ def counted(
     best, least = base, chi2(base)
     if least < FAR:
         return base
-    for rule in (IN_FRACTIONS, *RULES):
+    for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES):
         other = dataclasses.replace(base, arithmetic=rule)
         if (now := chi2(other)) < least:
             best, least = other, now

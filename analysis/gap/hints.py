@@ -39,6 +39,21 @@ def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
     return max(found, 2.0)
 
 
+MOST_BITS = 8
+
+
+def empty_bits(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> int:
+    """Lowest bits that have one value in all measured samples: nothing was ever counted in them."""
+    codes = [
+        np.unique(lattice.of(stack.dn[:HINT_FRAMES])) for stack in stacks for lattice in lattices
+    ]
+    used = np.unique(np.concatenate(codes)).astype(np.int64)
+    for bits in range(MOST_BITS, 0, -1):
+        if len(used) > 1 and len(np.unique(used % 2**bits)) == 1:
+            return bits
+    return 0
+
+
 def _between(power: Floats, peak: int) -> float:
     """Place of a peak between the points of a spectrum, by the parabola of its logarithm."""
     if not 0 < peak < len(power) - 1:

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from analysis.gap.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.base import Base
 from analysis.gap.case import Candidate, Case, candidate, vector
-from analysis.gap.fit import SEEDS, counted, refine, turn
+from analysis.gap.fit import MOST_STEPS, SEEDS, counted, refine, turn
 from analysis.gap.nuisance import free_parameters, step_of
 from analysis.gap.observe import Observation
 from analysis.gap.suspects import Evidence, Signature, response_of, scaled, signature, signed
+from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
 FINAL_SEEDS = tuple(range(SEEDS[0], SEEDS[0] + 3))
@@ -76,7 +78,7 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
         return best
 
     best = strengthened(_numbered(attempt, attempt(found.effect, case.known.base)))
-    best = _balanced(case, best, response, attempt)
+    best = _coloured(case, _balanced(case, best, response, attempt), attempt)
     for _ in range(SHAPE_ROUNDS):
         free = free_parameters(best.effect)
         if len(free) < 2:
@@ -90,11 +92,21 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
 
 ANEW_STEPS = 5
 
+MISFIT = 1.2
+"""Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
+
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
 
 
-def anew(case: Case, found: Candidate, first: Effect, many: Mapping[int, Observation]) -> Candidate:
+def anew(
+    case: Case,
+    found: Candidate,
+    first: Effect,
+    many: Mapping[int, Observation],
+    *,
+    tuned: bool = True,
+) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.
 
     Where a suspect is strong, the base that was calibrated without it is far from the camera, and
@@ -105,26 +117,50 @@ def anew(case: Case, found: Candidate, first: Effect, many: Mapping[int, Observa
         found: the suspect as it was fitted so far.
         first: as the search for it began; taken up again where the pursuit led nowhere.
         many: twins of the model by seed.
+        tuned: whether its parameters are fitted; not where the frames tell them.
     """
     known = case.known
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
     effect, base = found.effect, found.base
     if found.misfit > LED_NOWHERE * without:
         effect, base = first, known.base
-    effects = (*known.effects, effect)
-    base, effects = refine(
-        counted(base, case.fit_seen, known.scenery, effects),
-        case.fit_seen,
-        known.scenery,
-        effects,
-        steps=ANEW_STEPS,
-        tuned=found.name,
-    )
-    shown = signature(effects[-1], known, base=base, seeds=FINAL_SEEDS, references=many)
-    if shown is None:
-        return found
-    again = candidate(case, shown, base, found.absorbed)
-    return again if again.misfit < found.misfit else found
+
+    def calibrated(start: Base, with_it: Effect) -> Candidate:
+        added = (*known.effects, with_it)
+        fitted, effects = refine(
+            start,
+            case.fit_seen,
+            known.scenery,
+            added,
+            steps=ANEW_STEPS if tuned else MOST_STEPS,
+            tuned=found.name if tuned else "",
+        )
+        shown = signature(effects[-1], known, base=fitted, seeds=FINAL_SEEDS, references=many)
+        return found if shown is None else candidate(case, shown, fitted, found.absorbed)
+
+    start = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
+    ways = [(start, effect)]
+    if known.scenery.body.pixels == "rgb8":
+        # far from the camera its arithmetic cannot be seen, so both ways are gone
+        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {start.arithmetic}
+        ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
+    ways += [(start, other) for other in _choices(effect)]
+    best = found
+    for way in ways:
+        if best is found or best.misfit > MISFIT:
+            best = min(best, calibrated(*way), key=lambda one: one.misfit)
+    return best
+
+
+def _choices(effect: Effect) -> list[Effect]:
+    """The same effect with one of its choices made differently."""
+    return [
+        dataclasses.replace(effect, **{p.name: value})
+        for p in effect.parameters()
+        if p.whole and p.maximum - p.minimum < LONG
+        for value in p.starts
+        if value != getattr(effect, p.name)
+    ]
 
 
 LONG = 10
@@ -172,10 +208,44 @@ def _balanced(
     for p, amount in zip(active, amounts, strict=True):
         factor = float(np.sign(amount) * abs(amount) ** (1 / response))
         identity = p.identity or 0.0
-        moved = identity + factor * (getattr(now.effect, p.name) - identity)
-        values[p.name] = float(np.clip(moved, p.minimum, p.maximum))
+        away = factor * (getattr(now.effect, p.name) - identity)
+        values[p.name] = _within(p, away)
     return min(now, attempt(dataclasses.replace(now.effect, **values), now.base),
                key=lambda one: one.chi2)  # fmt: skip
+
+
+def _coloured(case: Case, now: _Try, attempt: Callable[[Effect, Base], _Try]) -> _Try:
+    """A strength that may differ by colour, each by its own signature."""
+    turned, space = case.fitting.turned, case.fitting.turned.space
+    for p in now.effect.parameters():
+        value, identity = getattr(now.effect, p.name), p.identity
+        if not p.per_colour or identity is None or len(case.known.base.channels) == 1:
+            continue
+        away = max((v - identity for v in Colours.of(value)), key=abs)
+        if away == 0:
+            continue
+
+        alone = [Colours(**{c: float(c == only) for c in CHANNELS}) for only in CHANNELS]
+        shown = [attempt(_by_colour(now.effect, p, away, one), now.base).shown for one in alone]
+        matrix = turned.left(np.array([vector(space, one) for one in shown])).T
+        least = -4.0 if signed(type(now.effect)) else 0.0
+        amounts = lsq_linear(matrix, case.fit_left, bounds=(least, 16.0)).x
+        parts = Colours(**dict(zip(CHANNELS, map(float, amounts), strict=True)))
+        better = attempt(_by_colour(now.effect, p, away, parts), now.base)
+        if better.chi2 < now.chi2 - max(WORTH_A_SHAPE, SHAPED * now.chi2):
+            now = better
+    return now
+
+
+def _by_colour(effect: Effect, p: Parameter, away: float, parts: Colours) -> Effect:
+    """An effect with a strength that is some part of one value in each colour."""
+    values = parts.map(lambda part: _within(p, away * part))
+    return dataclasses.replace(effect, **{p.name: values})
+
+
+def _within(p: Parameter, away: float) -> float:
+    """The value that is so far from where the effect vanishes, inside the range."""
+    return float(np.clip((p.identity or 0.0) + away, p.minimum, p.maximum))
 
 
 def _reshaped(

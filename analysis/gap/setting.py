@@ -11,12 +11,14 @@ import numpy as np
 from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.base import Body
 from analysis.gap.calibrate import black_of
+from analysis.gap.comb import histograms, white_balance
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.light import light_of
 from analysis.gap.observe import BLOCKS_DOWN, Observation, View, observe
 from analysis.gap.shots import Plan, plan, stack_of
 from analysis.gap.twin import Scenery, exposure_of, shots_of
 from render.rate import RateImage
+from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture
 
 
@@ -30,6 +32,7 @@ class Setting:
     seen: Observation
     black_dn: float
     arithmetic: int
+    white_balance: WhiteBalance | None
 
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
@@ -62,6 +65,9 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         arithmetic=arithmetic_of([f.dn for f in keys], lattices),
+        white_balance=white_balance(histograms([f.dn for f in keys], lattices, first.top_dn))
+        if first.pixels == "rgb8"
+        else None,
     )
 
 

@@ -8,6 +8,7 @@ simulated again at that strength, because few effects are proportional to their 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from analysis.gap.fit import SEEDS, Fit
 from analysis.gap.observe import Key, Observation
 from analysis.gap.twin import twin
 from foundation.errors import InputError
+from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
 Floats = NDArray[np.float64]
@@ -178,6 +180,12 @@ def starts(kind: type[Effect]) -> list[Effect]:
     for values in itertools.product(*ranges.values()):
         made.append(kind(**dict(zip(ranges, values, strict=True))))
     for p in strengths(kind):
+        identity = p.identity
+        if p.per_colour and identity is not None and p.default != identity:
+            # what all colours have in common may be calibration's
+            for only in CHANNELS:
+                one = {c: p.default if c == only else identity for c in CHANNELS}
+                made.append(kind(**{p.name: Colours(**one)}))
         # a parameter that is off by default is a direction of its own
         if not p.whole and p.default == p.identity:
             step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum))
@@ -191,14 +199,23 @@ def scaled(effect: Effect, factor: float) -> Effect:
     values: dict[str, Any] = {}
     for p in effect.parameters():
         value = getattr(effect, p.name)
-        if p.identity is None or p.whole or not isinstance(value, float):
+        if p.identity is None or p.whole:
             continue
-        if value > 0 and p.identity > LOGARITHMIC * max(abs(p.default), 1e-9):
-            moved = p.identity * (value / p.identity) ** factor
-        else:
-            moved = p.identity + factor * (value - p.identity)
-        values[p.name] = float(np.clip(moved, p.minimum, p.maximum))
+        if isinstance(value, Colours):
+            values[p.name] = value.map(functools.partial(_moved, p, factor))
+        elif isinstance(value, float):
+            values[p.name] = _moved(p, factor, value)
     return dataclasses.replace(effect, **values)
+
+
+def _moved(p: Parameter, factor: float, value: float) -> float:
+    """So many times as far from where the effect vanishes, inside the range."""
+    assert p.identity is not None, "a strength has a value at which the effect vanishes"
+    if value > 0 and p.identity > LOGARITHMIC * max(abs(p.default), 1e-9):
+        moved = p.identity * (value / p.identity) ** factor
+    else:
+        moved = p.identity + factor * (value - p.identity)
+    return float(np.clip(moved, p.minimum, p.maximum))
 
 
 def response_of(tried: Sequence[tuple[float, float]], before: float) -> float:

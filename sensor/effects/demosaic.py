@@ -27,6 +27,8 @@ class Demosaic(Effect):
     A camera that counts in fractions rounds once, behind this. One that counts in whole numbers
     has rounded before, and rounds each mean again: then an interpolated sample is a function of
     whole neighbours, and every other mean of two is a half, so that it matters where halves go.
+    One whose converter gives whole numbers but that counts in fractions from there on rounds again
+    behind everything: without further processing that is the same as halves to the even number.
     """
 
     name: ClassVar[str] = "demosaic"
@@ -39,9 +41,10 @@ class Demosaic(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=3.0,
+        maximum=4.0,
         whole=True,
-        doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down",
+        doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down;"
+        " 4 in fractions of whole samples",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -83,6 +86,7 @@ WHOLE: tuple[Callable[[Any], Any], ...] = (
     lambda mean: dr.floor(mean + 0.5),
     dr.round,
     dr.floor,
+    lambda mean: mean,
 )
 """What becomes of a mean, by arithmetic."""
 

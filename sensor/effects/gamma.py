@@ -19,11 +19,13 @@ _TOE = 0.018
 class Gamma(Effect):
     """The camera bends its output for the eye and the screen.
 
-        DN' = black + R x^g,    x = (DN - black) / R,    R = top - black;    a chord below x = 0.018
+        DN' = o + R x^g,    x = (DN - o) / R,    R = top - o;    a chord below x = 0.018
 
-    The chord keeps the slope finite at black and lets noise below black pass. Noise passes with
-    the slope of the curve, sigma' = g x^(g-1) sigma, so that the photon transfer curve becomes
-    variance = g^2 x^(2g-2) (k x + r^2) and is no straight line any more; a gain leaves it one.
+    where o is the black level, or code 0 in a program that bends whole pictures and knows of none;
+    then the black level is bent as well. The chord keeps the slope finite there and lets noise
+    below it pass. Noise passes with the slope of the curve, sigma' = g x^(g-1) sigma, so that the
+    photon transfer curve becomes variance = g^2 x^(2g-2) (k x + r^2) and is no straight line any
+    more; a gain leaves it one.
     """
 
     name: ClassVar[str] = "gamma"
@@ -39,20 +41,29 @@ class Gamma(Effect):
         identity=1.0,
         doc="power of the relative signal; 0.45 is full video gamma, 1 is linear",
     )
+    about_black: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(1.0, 0.0),
+        doc="1 where the curve begins at the black level, 0 where it begins at code 0",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         if self.exponent == 1:
             return signal.replace(signal.value)
-        black = signal.format.black_dn
-        span = signal.format.top_dn - black
+        origin = signal.format.black_dn if self.about_black else 0.0
+        span = signal.format.top_dn - origin
         # figures are data, so that a new value compiles nothing
         number = dr.array_t(signal.backend.arrays.TensorXf)
         exponent = dr.opaque(number, self.exponent)
         slope = dr.opaque(number, _TOE ** (self.exponent - 1.0))
 
         def bent(value: Any) -> Any:
-            x = (value - black) * (1.0 / span)
+            x = (value - origin) * (1.0 / span)
             curve = dr.power(dr.maximum(x, _TOE), exponent)
-            return black + span * dr.select(x > _TOE, curve, x * slope)
+            return origin + span * dr.select(x > _TOE, curve, x * slope)
 
         return signal.pointwise(bent)

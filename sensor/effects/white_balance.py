@@ -19,8 +19,9 @@ from sensor.stream import Stream
 class WhiteBalance(Effect):
     """Red and blue are multiplied so that grey looks grey under the lamp.
 
-        DN'_c = black + k_c (DN_c - black),    k_G = 1
+        DN'_c = o + k_c (DN_c - o),    k_G = 1
 
+    where o is the black level, or code 0 in a program that knows of none.
     Signal and noise are multiplied alike: the mean of a channel grows by k and its variance by
     k^2, so its apparent conversion in DN/e- is k times the true one, where more light of that
     colour would leave the conversion as it is. Calibration absorbs it as a gain.
@@ -37,7 +38,7 @@ class WhiteBalance(Effect):
         minimum=0.1,
         maximum=8.0,
         identity=1.0,
-        doc="factor of red about the black level",
+        doc="factor of red",
     )
     blue_gain: float = parameter(
         1.25,
@@ -45,7 +46,16 @@ class WhiteBalance(Effect):
         minimum=0.1,
         maximum=8.0,
         identity=1.0,
-        doc="factor of blue about the black level",
+        doc="factor of blue",
+    )
+    about_black: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(1.0,),
+        doc="1 where the black level stays as it is, 0 where it is multiplied too",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -55,16 +65,16 @@ class WhiteBalance(Effect):
                 "expected a mosaic or a demosaicer",
                 "remove the effect",
             )
-        black = signal.format.black_dn
+        origin = signal.format.black_dn if self.about_black else 0.0
         if not signal.coloured:
             gains = Colours(R=self.red_gain - 1.0, G=0.0, B=self.blue_gain - 1.0)
             change = signal.by_colour(gains)
-            return signal.replace(signal.value + change * (signal.value - black))
+            return signal.replace(signal.value + change * (signal.value - origin))
         planes, number = signal.planes, dr.array_t(signal.backend.arrays.TensorXf)
         red, blue = (dr.opaque(number, gain - 1.0) for gain in (self.red_gain, self.blue_gain))
         colours = (
-            tuple(part + red * (part - black) for part in planes.colours[0]),
+            tuple(part + red * (part - origin) for part in planes.colours[0]),
             planes.colours[1],
-            tuple(part + blue * (part - black) for part in planes.colours[2]),
+            tuple(part + blue * (part - origin) for part in planes.colours[2]),
         )
         return signal.replace(dataclasses.replace(planes, colours=colours))

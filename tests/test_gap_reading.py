@@ -1,0 +1,106 @@
+"""What the diagnosis reads from the frames themselves, before any fit."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from analysis.gap.comb import exponent, histograms, white_balance
+from analysis.gap.hints import empty_bits
+from analysis.gap.lattices import Lattice
+from analysis.gap.nuisance import free_parameters, step_of
+from analysis.gap.repeats import fresh, repeats
+from analysis.gap.suspects import scaled, starts
+from sensor.colours import Colours
+from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.specular_glare import SpecularGlare
+from sensor.frames import Frames
+from sensor.protocol import Shot
+
+SITES = tuple(
+    Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
+    for name, dy, dx in (("R", 0, 0), ("G1", 0, 1), ("G2", 1, 0), ("B", 1, 1))
+)
+TOP_DN = 255
+
+
+def picture(seed: int = 3) -> np.ndarray:
+    """A smooth picture with noise, as whole codes of three colours, (4, 96, 128, 3)."""
+    rng = np.random.default_rng(seed)
+    ramp = np.linspace(20, 150, 128) + np.linspace(0, 30, 96)[:, None]
+    codes = ramp[None, ..., None] + rng.normal(0, 4, (4, 96, 128, 3))
+    return np.round(codes)
+
+
+def counts(codes: np.ndarray) -> dict[str, np.ndarray]:
+    dn = np.clip(np.round(codes), 0, TOP_DN).astype(np.uint8)
+    return histograms([dn], SITES, TOP_DN)
+
+
+@pytest.mark.parametrize(("red", "blue"), [(1.2, 0.85), (1.6, 1.33), (1.0, 0.7)])
+def test_gains_of_whole_codes_are_read_from_their_combs(red: float, blue: float) -> None:
+    found = white_balance(counts(picture() * np.array([red, 1.0, blue])))
+    assert found is not None
+    assert (found.red_gain, found.blue_gain, found.about_black) == (red, blue, 0.0)
+
+
+def test_a_comb_tells_the_black_level_that_a_gain_leaves_alone() -> None:
+    black = 7.0
+    found = white_balance(counts(black + (picture() - black) * np.array([1.2, 1.0, 1.0])))
+    assert found is not None
+    assert found.red_gain == pytest.approx(1.2, abs=2e-3)
+    assert found.about_black == 1.0
+
+
+def test_gains_before_the_converter_leave_no_comb() -> None:
+    """The impostor: the same gains on the signal in fractions, or all colours in other steps."""
+    rng = np.random.default_rng(5)
+    signal = picture() + rng.uniform(-0.5, 0.5, picture().shape)
+    assert white_balance(counts(signal * np.array([1.2, 1.0, 0.85]))) is None
+    assert white_balance(counts(picture() // 4 * 4)) is None
+
+
+@pytest.mark.parametrize("power", [0.8, 0.9])
+def test_the_exponent_of_whole_codes_is_read_from_their_comb(power: float) -> None:
+    found = exponent(counts(TOP_DN * (picture() / TOP_DN) ** power))
+    assert found == pytest.approx(power, abs=1e-3)
+    assert exponent(counts(picture())) is None
+
+
+@pytest.mark.parametrize("bits", [0, 1, 2])
+def test_bits_that_were_never_counted_in(bits: int) -> None:
+    shot = Shot(label="lit", light=("lamp",), level=(1.0,), exposure_s=0.01, frames=4)
+    dn = (picture() // 2**bits * 2**bits).astype(np.uint8)
+    stack = Frames(dn=dn, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
+    assert empty_bits([stack], SITES) == bits
+
+
+def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:
+    dn = np.arange(5, dtype=np.uint8)[[0, 1, 1, 2, 3, 3, 3, 4], None, None]
+    assert repeats(dn).tolist() == [False, False, True, False, False, True, True, False]
+    assert fresh(dn, 7).ravel().tolist() == [0, 1, 2, 3, 4, 0, 1]
+    assert fresh(dn[[0, 1, 3]], 2).ravel().tolist() == [0, 1]
+
+
+def test_a_step_of_a_parameter_stays_in_its_range() -> None:
+    for across in (0.0, 0.02, 0.5, 0.98, 1.0):
+        glare = SpecularGlare(across=across)
+        for p in free_parameters(glare):
+            for times in (1.0, 3.0):
+                by = step_of(glare, p, times)
+                assert by != 0
+                dataclasses.replace(glare, **{p.name: getattr(glare, p.name) + by})
+
+
+def test_a_strength_that_may_differ_by_colour_is_sought_in_each() -> None:
+    alone = [one.rate_e_per_s for one in starts(AmbientLight)]
+    only = [rate for rate in alone if isinstance(rate, Colours)]
+    assert [tuple(rate > 0 for rate in one) for one in only] == [
+        (True, False, False),
+        (False, True, False),
+        (False, False, True),
+    ]
+    twice = scaled(AmbientLight(rate_e_per_s=Colours(R=100.0, G=50.0, B=0.0)), 2.0)
+    assert twice.rate_e_per_s == Colours(R=200.0, G=100.0, B=0.0)
