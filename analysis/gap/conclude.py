@@ -97,7 +97,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     return GapReport(
         verdict=word,
         effects=tuple(
-            _named(choice, _trust(word, gap, later=k > 0), found.models[-1], after)
+            _named(choice, _trust(word, gap, k, len(found.choices)), found.models[-1], after)
             for k, choice in enumerate(found.choices)
         ),
         candidates=tuple(
@@ -126,15 +126,26 @@ def _wanted(word: str, found: Trail) -> str | None:
     return next_capture([name for names in confused for name in names]) if confused else None
 
 
-def _trust(word: str, gap: Gap, *, later: bool) -> float:
+IN_COMPANY = 0.75
+"""Factor of the probability of each of several effects that close a gap together: they may be the
+sum that one looks like which nobody knows."""
+
+
+def _trust(word: str, gap: Gap, place: int, count: int) -> float:
     """Factor of the probability of an effect, by what is left once all are added.
 
     Where something is left, the first one's model is not quite that of the camera, and whoever
     comes later may only be mending it.
+
+    Args:
+        word: the verdict.
+        gap: without and with the effects.
+        place: of the effect among them.
+        count: how many they are.
     """
     if word == "explained":
-        return 1.0
-    if later:
+        return 1.0 if count == 1 else IN_COMPANY
+    if place > 0:
         return DOUBT
     if gap.at_floor:
         return 1.0

@@ -18,7 +18,7 @@ from analysis.gap.comb import exponent, histograms
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
 from analysis.gap.fit import Fit, around, counted, refine
 from analysis.gap.hints import Hints, brightest, empty_bits, period_px
-from analysis.gap.measured import measured
+from analysis.gap.measured import Measured, measured
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
 from analysis.gap.suspects import Signature, strengths
@@ -186,7 +186,9 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
-        if choice is None or (choices and not _deserves(choice.best, choices[0].best)):
+        if choice is None or not _accounts(choice.best, now):
+            break
+        if choices and not _deserves(choice.best, choices[0].best):
             break
         watch(f"confirming {choice.best.name}")
         best = choice.best
@@ -210,6 +212,21 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         p_before=chances[0],
         p_after=chances[-1],
     )
+
+
+LARGE = 0.3
+"""A gap from which the part of it that a suspect takes off means something."""
+
+LEAST_PART = 0.12
+"""Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
+every body makes every expectation wide, and would close any gap of the picture by that alone."""
+
+
+def _accounts(best: Candidate, now: Measured) -> bool:
+    """Whether it is the suspect's own signature that closes the gap."""
+    gap = now.held.total
+    taken = best.forward / float(now.rod.spread.expected.sum())
+    return gap < LARGE or taken > LEAST_PART * gap
 
 
 def _deserves(later: Candidate, first: Candidate) -> bool:
