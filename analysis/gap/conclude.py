@@ -94,10 +94,11 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
     weights = found.choices[0].by_name if found.choices else probabilities(found.candidates)
     total = float(before.rod.spread.expected.sum())
+    alone = _closed(gap.before, found.measured[min(1, len(found.choices))].held.total, gap.floor)
     return GapReport(
         verdict=word,
         effects=tuple(
-            _named(choice, _trust(word, gap, k, len(found.choices)), found.models[-1], after)
+            _named(choice, _trust(word, gap, alone, k, len(found.choices)), found.models[-1], after)
             for k, choice in enumerate(found.choices)
         ),
         candidates=tuple(
@@ -126,30 +127,24 @@ def _wanted(word: str, found: Trail) -> str | None:
     return next_capture([name for names in confused for name in names]) if confused else None
 
 
-IN_COMPANY = 0.75
-"""Factor of the probability of each of several effects that close a gap together: they may be the
-sum that one looks like which nobody knows."""
-
-
-def _trust(word: str, gap: Gap, place: int, count: int) -> float:
-    """Factor of the probability of an effect, by what is left once all are added.
+def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
+    """Factor of the probability of an effect, by what is left with it.
 
     Where something is left, the first one's model is not quite that of the camera, and whoever
-    comes later may only be mending it.
+    comes later may only be mending it: a sum of two may look like one that nobody knows.
 
     Args:
         word: the verdict.
         gap: without and with the effects.
+        alone: part of the gap that the first one closes.
         place: of the effect among them.
         count: how many they are.
     """
-    if word == "explained":
-        return 1.0 if count == 1 else IN_COMPANY
     if place > 0:
         return DOUBT
-    if gap.at_floor:
+    if count == 1 and (word == "explained" or gap.at_floor):
         return 1.0
-    closed = float(np.clip((gap.shrink - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
+    closed = float(np.clip((alone - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
     return LEAST_TRUST + (1 - LEAST_TRUST) * closed
 
 
@@ -184,7 +179,7 @@ def gap_of(found: Trail) -> Gap:
     floor, b, a = before.floor, before.held.total, after.held.total
     se_before, se_after = before.held_error, after.held_error
     span = b - floor
-    shrink = (b - a) / span if span != 0 else 0.0
+    shrink = _closed(b, a, floor)
     error = float(np.hypot(se_after, se_before * (a - floor) / span) / abs(span)) if span else 0.0
     total = float(before.rod.spread.expected.sum())
     named = {one.name for c in found.choices for one in (c.best, *c.alike)}
@@ -214,6 +209,11 @@ def gap_of(found: Trail) -> Gap:
         harmed=harmed,
         placebo=float(np.median(wrong)) if wrong else 0.0,
     )
+
+
+def _closed(before: float, after: float, floor: float) -> float:
+    """Part of the gap above the floor that is closed."""
+    return (before - after) / (before - floor) if before != floor else 0.0
 
 
 def notes_of(setting: Setting) -> tuple[str, ...]:
