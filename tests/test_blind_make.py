@@ -29,6 +29,7 @@ from sensor.capture_folder import read_capture
 from sensor.catalogue import catalogue
 from sensor.protocol import Protocol, Shot
 from tests.conftest import Run, Small
+from tests.killing import begun, kill_once
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 4
 ASKED = {"null": 1, "own": 1, "left-out": 1, "put-back": 1, "strange": 1, "others": 1}
@@ -169,6 +170,32 @@ def test_a_run_that_was_stopped_goes_on(small_set: Path, tmp_path: Path) -> None
         assert (out / name).stat().st_mtime_ns == when
     verify(out)
 
+
+def test_an_examination_that_is_killed_goes_on(small_set: Path, tmp_path: Path, run: Run) -> None:
+    """By `kill -9` between two answers; what stands is not asked again, the bytes are the same."""
+    solver = tmp_path / "solver.py"
+    solver.write_text(SLOW + SOLVER.replace("    assert", "    one_by_one()\n    assert"))
+    words = ("blind", "solve", str(small_set), "--solver", f"{solver}:fake")
+    assert run(*words, "--out", tmp_path / "whole").code == 0
+    out, work = tmp_path / "answers", tmp_path / "answers.unfinished"
+    kill_once(begun(words, out), 1, lambda: len(list(work.glob("[!.]*.json"))))
+    kept = {p.name: p.stat().st_mtime_ns for p in work.glob("[!.]*.json")}
+    assert 0 < len(kept) < sum(ASKED.values())
+    assert "--resume" in run(*words, "--out", out).complaint
+    assert run(*words, "--out", out, "--resume").code == 0
+    for name, when in kept.items():
+        assert (out / name).stat().st_mtime_ns == when
+    assert (out / CHECKSUMS).read_bytes() == (tmp_path / "whole" / CHECKSUMS).read_bytes()
+    verify(out)
+
+
+SLOW = """
+import threading, time
+turn = threading.Lock()
+def one_by_one():
+    with turn:
+        time.sleep(0.3)
+"""
 
 STOPS = """
     mark = __import__("pathlib").Path(__file__).with_name("calls")

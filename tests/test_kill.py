@@ -12,10 +12,6 @@ import os
 import resource
 import shutil
 import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +23,7 @@ from foundation.scratch import MARK
 from foundation.verification import verify
 from tests.clusters import ROOT
 from tests.conftest import Run, Small
+from tests.killing import PATIENCE_S, begun, kill_once
 
 NIGHTLY = bool(os.environ.get("CAMTRUTH_NIGHTLY"))
 MOMENTS = (1, 2, 3) if NIGHTLY else (1,)
@@ -44,9 +41,6 @@ TIMED = b"  report.html"
 JOURNAL = "results.jsonl"
 PIECES = (".npy", ".png", ".tif", ".dng", ".fits", ".mkv", ".exr", ".json")
 """Endings of the files that are written one by one; a Zarr array has its zarr.json."""
-
-PATIENCE_S = 120
-PROGRAM = "import sys; from camtruth.command import main; sys.exit(main())"
 
 
 @pytest.fixture(scope="module")
@@ -96,29 +90,6 @@ def _raw(folder: Path) -> Path:
 
 CASES = ("capture", "render", *LONG)
 RESUMED = ("study", "import", *(f"export {name}" for name in FORMATS))
-
-
-def begun(words: tuple[str, ...], out: Path, least: Callable[[], None] | None = None) -> Begun:
-    return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *words, "--out", str(out)],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        preexec_fn=least,
-    )
-
-
-Begun = subprocess.Popen[bytes]
-
-
-def kill_once(process: Begun, least: int, pieces: Callable[[], int]) -> None:
-    """Let it write until so many pieces stand there, or it ends by itself; then strike."""
-    until = time.monotonic() + PATIENCE_S
-    while pieces() < least and process.poll() is None:
-        assert time.monotonic() < until
-        time.sleep(0.002)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
 
 
 def files_in_scratch(folder: Path) -> int:
