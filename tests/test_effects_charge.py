@@ -6,12 +6,13 @@ The impostors have the effect's mean, variance or width, and lack its physics.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 from scipy import ndimage, stats
 
+from sensor.effect import Effect
 from sensor.effects.blooming import Blooming
 from sensor.effects.brighter_fatter import BrighterFatter
 from sensor.effects.charge_transfer_inefficiency import ChargeTransferInefficiency
@@ -276,6 +277,38 @@ def test_large_scale_prnu_falls_off_at_the_edges() -> None:
     expected = light * (1 - loss * np.exp(-np.arange(30) / 15))
     errors = [math.sqrt((light + NOISE) / 16 / (inwards == d).sum()) for d in range(30)]
     assert_agree(got, expected, errors)
+
+
+def test_slow_waves_are_alike_over_their_length() -> None:
+    """Over many bodies a normal correlation of that length, and their variance."""
+    light, ratio, length, bodies = 40_000.0, 0.05, 6.0, 40
+    effect = LargeScalePrnu(
+        ring_ratio=0.0, edge_ratio=0.0, field_ratio=ratio, field_length_px=length
+    )
+    lags = (0, 3, 6, 12)
+
+    def check(responses: Array) -> None:
+        noise = (light + NOISE) / 2 / light**2
+        pattern = (responses - 1) / ratio
+        found = []
+        for lag in lags:
+            product = (pattern[:, :, : 96 - lag] * pattern[:, :, lag:]).mean((1, 2))
+            found.append(product - (noise / ratio**2 if lag == 0 else 0.0))
+        means, errors = np.mean(found, axis=1), np.std(found, axis=1, ddof=1) / math.sqrt(bodies)
+        assert_agree(means, [math.exp(-((lag / length) ** 2) / 2) for lag in lags], errors)
+
+    def responses(*effects: Effect, rates: Sequence[Array]) -> Array:
+        return np.stack(
+            [
+                frames_of(*effects, rate=rate, frames=2, body_seed=k).mean(0) / light
+                for k, rate in enumerate(rates)
+            ]
+        )
+
+    check(responses(effect, rates=[flat(light)] * bodies))
+    draw = np.random.default_rng(8)
+    scattered = [rate_of(light * draw.normal(1, ratio, (64, 96))) for _ in range(bodies)]
+    must_fail(check, responses(rates=scattered))
 
 
 def test_brighter_fatter_covariances_grow_with_the_square_of_the_mean() -> None:

@@ -20,6 +20,12 @@ from sensor.effects.white_balance import WhiteBalance
 
 Floats = NDArray[np.float64]
 
+FRAMES = 16
+"""Frames of a shot whose codes are counted."""
+
+MOST_CODES = 256
+"""Finer codes than these hardly show whether they were rounded twice."""
+
 WINDOW = 15
 """Codes over which a histogram is smooth; a comb has several teeth in them."""
 
@@ -60,7 +66,7 @@ def histograms(
     found = {lattice.channel: np.zeros(top_dn + 1) for lattice in lattices}
     for lattice in lattices:
         for dn in stacks:
-            codes = lattice.of(dn).ravel().astype(np.int64)
+            codes = lattice.of(dn[:FRAMES]).ravel().astype(np.int64)
             found[lattice.channel] += np.bincount(codes, minlength=top_dn + 1)[: top_dn + 1]
     return found
 
@@ -111,6 +117,8 @@ def exponent(counts: Mapping[str, Floats]) -> float | None:
         counts: histograms by channel.
     """
     whole = np.sum(list(counts.values()), axis=0)
+    if len(whole) > MOST_CODES:
+        return None
     top = len(whole) - 1
     codes = np.arange(len(whole))[:, None]
     alike, found = _fitting(whole, EXPONENTS, top * (codes / top) ** EXPONENTS)

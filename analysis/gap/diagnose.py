@@ -14,26 +14,32 @@ from analysis.gap.attribute import attribute, shows
 from analysis.gap.base import camera_of
 from analysis.gap.calibrate import before, first_guess
 from analysis.gap.case import Candidate, Case
-from analysis.gap.comb import exponent, histograms
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
 from analysis.gap.fit import Fit, around, counted, refine
-from analysis.gap.hints import Hints, brightest, empty_bits, period_px
+from analysis.gap.hints import Hints, brightest, period_px
 from analysis.gap.measured import Measured, measured
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
 from analysis.gap.suspects import Signature, strengths
-from analysis.gap.verdict import EQUIVALENT, SIGNIFICANCE, Choice, both, choose, p_of_best
+from analysis.gap.verdict import (
+    EQUIVALENT,
+    LEAST_SCORE,
+    SIGNIFICANCE,
+    Choice,
+    both,
+    choose,
+    p_of_best,
+)
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.black_level_offset import BlackLevelOffset
+from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture
 
 Watch = Callable[[str], None]
-
-MOST_EFFECTS = 3
 
 
 def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
@@ -42,11 +48,12 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     start = first_guess(fit_half, setting.scenery, nominal, setting.black_dn, setting.arithmetic)
     if setting.white_balance is not None:
         start = before(setting.white_balance, start)
-    # the black level is calibrated, whatever the camera says of it
+    # what is calibrated is so whatever the camera says of it
+    own = (BlackLevelOffset, WhiteBalance) if setting.white_balance else (BlackLevelOffset,)
     effects = tuple(
         e
         for e in (nominal.effects if nominal is not None else ())
-        if not e.base and not isinstance(e, BlackLevelOffset)
+        if not e.base and not isinstance(e, own)
     )
     base, _ = refine(start, fit_half, setting.scenery, effects)
     if setting.arithmetic == IN_FRACTIONS:
@@ -63,15 +70,8 @@ def hints_of(setting: Setting, case: Case) -> Hints:
     image = case.fit_left[count : count + size].reshape(space.shape)
     across, below = brightest(image, setting.seen.grid)
     stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
-    lattices = setting.scenery.view.lattices
-    hints = {"across": across, "below": below, "period_px": period_px(stacks, lattices)}
-    bits = empty_bits(stacks, lattices)
-    if bits:
-        hints["bits"] = float(bits)
-    power = exponent(histograms([f.dn for f in stacks], lattices, setting.scenery.view.top_dn))
-    if power is not None:
-        hints |= {"exponent": power, "about_black": 0.0}
-    return hints
+    period = period_px(stacks, setting.scenery.view.lattices)
+    return {"across": across, "below": below, "period_px": period, **setting.told}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -181,7 +181,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
         shown += shows(now.case, again, hints, tell)
-        told = {k.name for k in left if any(p.name in hints for p in strengths(k))}
+        told = {k.name for k in left if any(p.name in setting.told for p in strengths(k))}
         candidates = attribute(now.case, shown, tell, told=told)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
@@ -191,15 +191,25 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         if choices and not _deserves(choice.best, choices[0].best):
             break
         watch(f"confirming {choice.best.name}")
-        best = choice.best
-        added = around(best.base, setting.scenery, (*model.effects, best.effect))
-        further = measured(added, setting.seen)
+        added, further = _with_it(setting, model, choice.best)
         if choices and further.held.total > CLOSES_LITTLE * now.held.total:
             break
+        if further.held.total < TOO_WIDE:
+            break
         fits = further.whole.p_value >= SIGNIFICANCE
+        named = choose(candidates, fits) or choice
+        if not choices and not fits:
+            for other in _rivals(candidates):
+                watch(f"confirming {other.name} instead")
+                instead, left_by_it = _with_it(setting, model, other)
+                closes = left_by_it.whole.p_value >= SIGNIFICANCE
+                if closes and left_by_it.held.total > TOO_WIDE and _accounts(other, now):
+                    added, further, fits = instead, left_by_it, True
+                    named = named.instead(other)
+                    break
         models.append(added)
         distances.append(further)
-        choices.append(choose(candidates, fits) or choice)
+        choices.append(named)
         closed = further.held.total < LITTLE * distances[0].held.total
         if fits or closed or len(choices) == MOST_EFFECTS:
             chances.append(further.whole.p_value)
@@ -212,6 +222,29 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         p_before=chances[0],
         p_after=chances[-1],
     )
+
+
+def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measured]:
+    """The model with a suspect added, and what it leaves of the capture."""
+    added = around(found.base, setting.scenery, (*model.effects, found.effect))
+    return added, measured(added, setting.seen)
+
+
+TOO_WIDE = -0.3
+"""G below which a model expects far more than these frames show: one body of it would not be so
+like another one as this capture is like its own picture. Right models have 0 within 0.1."""
+
+SECOND_LOOK = 0.2
+"""Part of the best score from which another suspect is tried where the best leaves something: one
+effect that closes the gap alone is likelier than two that do it together."""
+
+MOST_RIVALS = 2
+
+
+def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Suspects behind the best that are worth a second look."""
+    least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
+    return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
 
 
 LARGE = 0.3

@@ -42,7 +42,7 @@ def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
 MOST_BITS = 8
 
 
-def empty_bits(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> int:
+def empty_bits(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> int:
     """Lowest bits that have one value in all measured samples: nothing was ever counted in them."""
     codes = [
         np.unique(lattice.of(stack.dn[:HINT_FRAMES])) for stack in stacks for lattice in lattices

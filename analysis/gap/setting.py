@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.base import Body
 from analysis.gap.calibrate import black_of
-from analysis.gap.comb import histograms, white_balance
+from analysis.gap.comb import exponent, histograms, white_balance
+from analysis.gap.hints import Hints, empty_bits
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.light import light_of
 from analysis.gap.observe import BLOCKS_DOWN, Observation, View, observe
@@ -19,12 +21,25 @@ from analysis.gap.shots import Plan, plan, stack_of
 from analysis.gap.twin import Scenery, exposure_of, shots_of
 from render.rate import RateImage
 from sensor.effects.white_balance import WhiteBalance
-from sensor.frames import Capture
+from sensor.frames import Capture, Frames
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
-    """A capture made ready: its plan, its light, and what was seen of its key shots."""
+    """A capture made ready: its plan, its light, and what was seen of its key shots.
+
+    Attributes:
+        capture: the frames.
+        plan: which of them take part.
+        scenery: format, light and shots.
+        seen: the key shots, looked at.
+        black_dn: a first black level.
+        arithmetic: how the demosaicer counts; see `arithmetic_of`.
+        white_balance: of whole codes; None where they have no comb of one.
+        told: strengths of suspects that whole codes tell, by name of the parameter.
+    """
 
     capture: Capture
     plan: Plan
@@ -33,6 +48,7 @@ class Setting:
     black_dn: float
     arithmetic: int
     white_balance: WhiteBalance | None
+    told: Hints
 
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
@@ -58,6 +74,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         shots=shots_of([f.shot for f in keys]),
         view=view,
     )
+    counts = histograms([f.dn for f in keys], lattices, first.top_dn)
     return Setting(
         capture=capture,
         plan=chosen,
@@ -65,10 +82,18 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         arithmetic=arithmetic_of([f.dn for f in keys], lattices),
-        white_balance=white_balance(histograms([f.dn for f in keys], lattices, first.top_dn))
-        if first.pixels == "rgb8"
-        else None,
+        white_balance=white_balance(counts) if first.pixels == "rgb8" else None,
+        told=_told(keys, lattices, counts),
     )
+
+
+def _told(
+    keys: Sequence[Frames], lattices: Sequence[Lattice], counts: Mapping[str, Floats]
+) -> Hints:
+    """Lost bits, and the exponent of a curve behind the converter."""
+    bits, power = empty_bits(keys, lattices), exponent(counts)
+    told = {"bits": float(bits)} if bits else {}
+    return told if power is None else told | {"exponent": power, "about_black": 0.0}
 
 
 def _black(capture: Capture) -> float:

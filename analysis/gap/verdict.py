@@ -57,6 +57,22 @@ class Choice:
     probability: float
     by_name: dict[str, float]
 
+    def instead(self, other: Candidate) -> Choice:
+        """The one that closes a gap alone, where the one of the best score does not."""
+        rest = 1.0 - CLOSES_ALONE
+        by_name = {name: rest * chance for name, chance in self.by_name.items()}
+        return Choice(
+            best=other,
+            alike=(),
+            probability=CLOSES_ALONE,
+            by_name=by_name | {other.name: CLOSES_ALONE},
+        )
+
+
+CLOSES_ALONE = 0.45
+"""Probability of a suspect that closes a gap of which the one with the best score leaves some: the
+likeliest single cause, but not likelier than not, as its own signature is not the best."""
+
 
 def p_of_best(candidates: Sequence[Candidate]) -> float:
     """Chance that the best of so many suspects reaches its score where nothing is wrong."""
