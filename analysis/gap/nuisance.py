@@ -82,12 +82,13 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
                 for lamp in sorted({lamp_of(s) for s in scenery.shots if not s.dark})
             ]
     if len(exposures) > 1 or lit:
-        charge = 0.3 * float(np.mean(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
+        # small beside the noise of every channel: their gains may differ several times
+        charge = 0.3 * float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
         knobs.append(Knob(name="dark", channel=None, step=charge / longest))
     if lit and scenery.light.known:
         knobs.append(Knob(name="blur", channel=None, step=BLUR_STEP_PX2 + 0.1 * base.blur_px2))
     if len(exposures) > 1:
-        shown = BLACK_STEP_DN / float(base.gain_dn_per_e.mean())
+        shown = BLACK_STEP_DN / float(base.gain_dn_per_e.max())
         knobs.append(Knob(name="shown", channel=None, step=shown / longest))
     return tuple(knobs)
 
