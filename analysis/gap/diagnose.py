@@ -11,16 +11,18 @@ import numpy as np
 
 from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.attribute import attribute, shows
-from analysis.gap.base import camera_of
+from analysis.gap.base import Base, camera_of
 from analysis.gap.calibrate import before, first_guess
 from analysis.gap.case import Candidate, Case
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
-from analysis.gap.fit import Fit, around, counted, refine
+from analysis.gap.fit import FITS, Fit, around, counted, misfit, refine
 from analysis.gap.hints import Hints, brightest, period_px
 from analysis.gap.measured import Measured, measured
+from analysis.gap.observe import Observation
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
 from analysis.gap.suspects import Signature, strengths
+from analysis.gap.twin import Scenery
 from analysis.gap.verdict import (
     EQUIVALENT,
     LEAST_SCORE,
@@ -56,11 +58,29 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
         if not e.base and not isinstance(e, own)
     )
     base, _ = refine(start, fit_half, setting.scenery, effects)
+    if start.dark_e_per_s > 0:
+        without = dataclasses.replace(start, dark_e_per_s=0.0)
+        base = _better(base, without, fit_half, setting.scenery, effects)
     if setting.arithmetic == IN_FRACTIONS:
         other = counted(base, fit_half, setting.scenery, effects)
         if other is not base:
             base, _ = refine(other, fit_half, setting.scenery, effects)
     return around(base, setting.scenery, effects)
+
+
+def _better(
+    base: Base, start: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect]
+) -> Base:
+    """The base, or where it does not fit the one that another start leads to, if that is better.
+
+    Below half a code of noise, rounding makes the variance of darks grow and fall with their mean
+    just as a dark current would.
+    """
+    left = misfit(base, seen, scenery, effects)
+    if left < FITS:
+        return base
+    other, _ = refine(start, seen, scenery, effects)
+    return other if misfit(other, seen, scenery, effects) < left else base
 
 
 def hints_of(setting: Setting, case: Case) -> Hints:

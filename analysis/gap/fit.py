@@ -152,10 +152,16 @@ MOST_STEPS = 10
 STEP_TWINS = 4
 
 CLOSE = 0.1
-"""Part of chi-squared that a last step takes off at most."""
+"""Part of chi-squared that a last step takes off at most, of a model that fits."""
+
+STUCK = 0.03
+"""The same of one that does not, of which more steps may be worth their time."""
 
 PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
+
+FITS = 1.15
+"""Chi-squared per coordinate up to which a model fits as well as chance allows."""
 
 FAR = 2.0
 """Chi-squared per coordinate of a model that does not fit."""
@@ -196,16 +202,31 @@ def refine(
         chi2 = float(gap @ gap)
         if step == 0:
             at_directions = chi2
-        elif FAR * len(gap) < chi2 < A_LONG_WAY * at_directions:
+        elif FITS * len(gap) < chi2 < A_LONG_WAY * at_directions:
             ways, at_directions = _directions(base, scenery, effects), chi2
         amounts = calibration(space, ways).amounts(gap)
         base = turn(base, ways, amounts)
         effects = tuple(tune(e, ways, amounts) if e.name == tuned else e for e in effects)
-        slow = slow + 1 if chi2 > (1 - CLOSE) * before else 0
+        least = CLOSE if chi2 < FITS * len(gap) else STUCK
+        slow = slow + 1 if chi2 > (1 - least) * before else 0
         before = chi2
         if slow > (PATIENCE if chi2 > FAR * len(gap) else 0):
             break
     return base, effects
+
+
+def misfit(
+    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
+) -> float:
+    """Chi-squared of a base per coordinate: about 1 where it fits.
+
+    Args:
+        base: calibrated.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+    """
+    return float(np.square(_gap(base, seen, scenery, effects)[1]).mean())
 
 
 def counted(
@@ -225,15 +246,12 @@ def counted(
     if scenery.body.pixels != "rgb8":
         return base
 
-    def chi2(one: Base) -> float:
-        return float(np.square(_gap(one, seen, scenery, effects)[1]).mean())
-
-    best, least = base, chi2(base)
+    best, least = base, misfit(base, seen, scenery, effects)
     if least < FAR:
         return base
     for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES):
         other = dataclasses.replace(base, arithmetic=rule)
-        if (now := chi2(other)) < least:
+        if (now := misfit(other, seen, scenery, effects)) < least:
             best, least = other, now
     return best
 
