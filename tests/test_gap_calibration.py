@@ -60,6 +60,7 @@ def observation(figures: np.ndarray) -> Observation:
         keys=keys,
         figures=figures[None],
         shots=("s0",),
+        lit=frozenset(),
         channels=("G",),
         means=np.zeros((1, 1, 1, 1)),
         noise=np.ones((1, 1)),

@@ -32,7 +32,7 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
         return figures[0], means[0]
     mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(pairs)
     drawn = np.zeros_like(mean)
-    for places in _alike(before[0].keys):
+    for places in _alike(before[0].keys, before[0].lit):
         own, noise = mean[places], square[places]
         noise = (noise + BORROWED * noise.mean()) / (1 + BORROWED)
         ratio = np.square(own) / np.maximum(noise, 1e-300)
@@ -46,11 +46,13 @@ BORROWED = 3.0
 
 
 @functools.lru_cache(maxsize=8)
-def _alike(keys: tuple[Key, ...]) -> list[NDArray[np.intp]]:
-    """Places of the figures of each kind: one statistic, in all shots and lattices."""
-    kinds: dict[tuple[str, str], list[int]] = {}
+def _alike(keys: tuple[Key, ...], lit: frozenset[str]) -> list[NDArray[np.intp]]:
+    """Places of the figures of each kind: one statistic in all lattices of the lit shots, or of the
+    dark ones, where it may have another unit.
+    """
+    kinds: dict[tuple[str, str, bool], list[int]] = {}
     for place, key in enumerate(keys):
-        kinds.setdefault((key.family, key.statistic), []).append(place)
+        kinds.setdefault((key.family, key.statistic, key.shot in lit), []).append(place)
     return [np.array(places) for places in kinds.values()]
 
 

@@ -160,7 +160,7 @@ STUCK = 0.03
 PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
 
-FITS = 1.15
+FITS = 1.0
 """Chi-squared per coordinate up to which a model fits as well as chance allows."""
 
 FAR = 2.0

@@ -71,6 +71,7 @@ class Observation:
         keys: of the figures.
         figures: one row per group of frames, (g, keys).
         shots, channels: labels of the axes of the mean images.
+        lit: labels of the shots with a lamp on.
         means: block means in DN, (g, shots, channels, blocks).
         noise: variance in time of one sample in DN^2, (shots, channels).
         grid: blocks down and across.
@@ -81,6 +82,7 @@ class Observation:
     keys: tuple[Key, ...]
     figures: Floats
     shots: tuple[str, ...]
+    lit: frozenset[str]
     channels: tuple[str, ...]
     means: Floats
     noise: Floats
@@ -140,10 +142,12 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         view: how to look.
     """
     jobs: list[tuple[str, list[Future[_Seen]]]] = []
-    repeated = []
+    repeated, lit = [], set()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stack in stacks:
             repeated.append(stack.repeated)
+            if stack.lit:
+                lit.add(stack.label)
             groups = [pool.submit(_look, dn, stack.lit, view) for dn in stack.groups]
             jobs.append((stack.label, groups))
         seen = [(label, [future.result() for future in futures]) for label, futures in jobs]
@@ -164,6 +168,7 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         keys=tuple(keys),
         figures=np.array(by_key).T,
         shots=tuple(label for label, _ in seen),
+        lit=frozenset(lit),
         channels=channels,
         means=np.array([[one.means for one in shot] for _, shot in seen]).swapaxes(0, 1),
         noise=np.array([np.mean([one.noise for one in shot], axis=0) for _, shot in seen]),
