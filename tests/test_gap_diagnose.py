@@ -88,7 +88,9 @@ def test_a_camera_like_the_model_is_matched() -> None:
     assert abs(read.value - 30.0 * 0.02) < 5 * read.se
 
 
-def another_program(rate: np.ndarray, shot: Shot, *, whole: bool) -> np.ndarray:
+def another_program(
+    rate: np.ndarray, shot: Shot, *, whole: bool, gains: tuple[float, ...] = (1.0, 1.0, 1.0)
+) -> np.ndarray:
     """The frames of a camera of equation (1) that is written in NumPy and shares no line with ours:
     gain 0.02 DN/e-, read noise 30 e-, and dark current that moves the mean."""
     rng = np.random.default_rng([len(shot.label), int(whole)])
@@ -111,7 +113,7 @@ def another_program(rate: np.ndarray, shot: Shot, *, whole: bool) -> np.ndarray:
             square = np.array([[1, 2, 1], [2, 4, 2], [1, 2, 1]]) / 4
             kernel = cross if mask is green else square
             planes.append(ndimage.convolve(raw * mask, kernel, mode="mirror"))
-        frames.append(np.clip(np.round(np.stack(planes, axis=-1)), 0, 255))
+        frames.append(np.clip(np.round(np.stack(planes, axis=-1) * gains), 0, 255))
     return np.array(frames, dtype=np.uint8)
 
 
@@ -136,6 +138,28 @@ def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
     assert found.p_value > 1e-3, found
     other = dataclasses.replace(setting, arithmetic=3 if whole else 2)
     assert measured(calibrated(other, None), setting.seen).whole.p_value < 1e-6
+
+
+def test_a_white_balance_on_whole_codes_is_part_of_the_base() -> None:
+    """Read from the comb it leaves, and matched; without it the base camera does not fit."""
+    stacks = tuple(
+        Frames(
+            dn=another_program(light().rate_e_per_s, shot, whole=True, gains=(1.2, 1.0, 0.85)),
+            shot=shot,
+            pixels="rgb8",
+            bits=8,
+            cfa="RGGB",
+        )
+        for shot in PROTOCOL.shot
+    )
+    setting = look(Capture(camera="another", frames=stacks), {"lamp": light()})
+    assert setting is not None
+    found = setting.white_balance
+    assert found is not None
+    assert (found.red_gain, found.blue_gain, found.about_black) == (1.2, 0.85, 0.0)
+    assert measured(calibrated(setting, None), setting.seen).whole.p_value > 1e-3
+    unread = dataclasses.replace(setting, white_balance=None)
+    assert measured(calibrated(unread, None), setting.seen).whole.p_value < 1e-6
 
 
 def test_an_effect_is_named_with_its_strength() -> None:
