@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.gap.diagnose import MOST_EFFECTS
+from analysis.gap.follow import MOST_EFFECTS
 from analysis.gap.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.verdict import (

@@ -1,0 +1,168 @@
+"""Add effects to the base camera, as long as something is left and one may be named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from analysis.gap.attribute import attribute, shows
+from analysis.gap.case import Candidate, Case
+from analysis.gap.conclude import Trail
+from analysis.gap.fit import Fit, around
+from analysis.gap.hints import Hints, brightest, period_px
+from analysis.gap.measured import Measured, measured
+from analysis.gap.setting import Setting
+from analysis.gap.suspects import Signature, strengths
+from analysis.gap.verdict import (
+    EQUIVALENT,
+    LEAST_SCORE,
+    SIGNIFICANCE,
+    Choice,
+    both,
+    choose,
+    p_of_best,
+)
+from sensor.effect import Effect
+
+Watch = Callable[[str], None]
+
+
+def hints_of(setting: Setting, case: Case) -> Hints:
+    """Where searches for a period and a place should begin."""
+    space = case.fitting.turned.space
+    count, size = len(space.keys), int(np.prod(space.shape))
+    image = case.fit_left[count : count + size].reshape(space.shape)
+    across, below = brightest(image, setting.seen.grid)
+    stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
+    period = period_px(stacks, setting.scenery.view.lattices)
+    return {"across": across, "below": below, "period_px": period, **setting.told}
+
+
+MOST_EFFECTS = 3
+
+LEAST_OF_A_LATER = 25.0
+"""Score of an effect that is added to another one: what is left of a gap is easily blamed."""
+
+PART_OF_THE_FIRST = 0.02
+"""The same, as a part of the first one's score: a model that is right to a tenth leaves a hundredth
+of chi-squared to whoever comes next."""
+
+CLOSES_LITTLE = 0.9
+"""Part of the gap that a later effect must not leave."""
+
+LITTLE = 0.05
+"""Part of the gap that is left to chance and to the model's own errors: no one else is blamed."""
+
+
+def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: Watch) -> Trail:
+    """Add the effect that explains most, as long as something is left and one may be named.
+
+    Args:
+        setting: the capture.
+        known: the calibrated base.
+        kinds: the suspects.
+        watch: told what is being done.
+    """
+    models, distances = [known], [measured(known, setting.seen)]
+    choices: list[Choice] = []
+    first: list[Candidate] = []
+    chances: list[float] = []
+    shown: list[Signature] = []
+
+    def tell(name: str) -> None:
+        watch(f"suspect {name}")
+
+    while True:
+        model, now = models[-1], distances[-1]
+        left = [k for k in kinds if k not in {type(e) for e in model.effects}]
+        hints = hints_of(setting, now.case)
+        # what an effect does hardly depends on what else the camera has, but hints do
+        again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
+        shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
+        shown += shows(now.case, again, hints, tell)
+        told = {k.name for k in left if any(p.name in setting.told for p in strengths(k))}
+        candidates = attribute(now.case, shown, tell, told=told)
+        first = first or candidates
+        chances.append(both(now.whole.p_value, p_of_best(candidates)))
+        choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
+        if choice is None or not _accounts(choice.best, now):
+            break
+        if choices and not _deserves(choice.best, choices[0].best):
+            break
+        watch(f"confirming {choice.best.name}")
+        added, further = _with_it(setting, model, choice.best)
+        if choices and further.held.total > CLOSES_LITTLE * now.held.total:
+            break
+        if further.held.total < TOO_WIDE:
+            break
+        fits = further.whole.p_value >= SIGNIFICANCE
+        named = choose(candidates, fits) or choice
+        if not choices and not fits:
+            for other in _rivals(candidates):
+                watch(f"confirming {other.name} instead")
+                instead, left_by_it = _with_it(setting, model, other)
+                closes = left_by_it.whole.p_value >= SIGNIFICANCE
+                if closes and left_by_it.held.total > TOO_WIDE and _accounts(other, now):
+                    added, further, fits = instead, left_by_it, True
+                    named = named.instead(other)
+                    break
+        models.append(added)
+        distances.append(further)
+        choices.append(named)
+        closed = further.held.total < LITTLE * distances[0].held.total
+        if fits or closed or len(choices) == MOST_EFFECTS:
+            chances.append(further.whole.p_value)
+            break
+    return Trail(
+        models=tuple(models),
+        measured=tuple(distances),
+        choices=tuple(choices),
+        candidates=tuple(first),
+        p_before=chances[0],
+        p_after=chances[-1],
+    )
+
+
+def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measured]:
+    """The model with a suspect added, and what it leaves of the capture."""
+    added = around(found.base, setting.scenery, (*model.effects, found.effect))
+    return added, measured(added, setting.seen)
+
+
+TOO_WIDE = -0.3
+"""G below which a model expects far more than these frames show: one body of it would not be so
+like another one as this capture is like its own picture. Right models have 0 within 0.1."""
+
+SECOND_LOOK = 0.2
+"""Part of the best score from which another suspect is tried where the best leaves something: one
+effect that closes the gap alone is likelier than two that do it together."""
+
+MOST_RIVALS = 2
+
+
+def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Suspects behind the best that are worth a second look."""
+    least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
+    return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
+
+
+LARGE = 0.3
+"""A gap from which the part of it that a suspect takes off means something."""
+
+LEAST_PART = 0.12
+"""Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
+every body makes every expectation wide, and would close any gap of the picture by that alone."""
+
+
+def _accounts(best: Candidate, now: Measured) -> bool:
+    """Whether it is the suspect's own signature that closes the gap."""
+    gap = now.held.total
+    taken = best.forward / float(now.rod.spread.expected.sum())
+    return gap < LARGE or taken > LEAST_PART * gap
+
+
+def _deserves(later: Candidate, first: Candidate) -> bool:
+    """Whether an effect is to be added to another one."""
+    least = max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
+    return later.score > least and later.absorbed < EQUIVALENT
