@@ -10,6 +10,8 @@ import pytest
 
 from analysis.gap.base import Base
 from analysis.gap.case import Candidate
+from analysis.gap.closing import left_as_they_were
+from analysis.gap.distance import Distance
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict import (
     LEAST_SCORE,
@@ -48,24 +50,45 @@ def candidate(name: str, score: float) -> Candidate:
 
 
 @pytest.mark.parametrize(
-    ("effects", "before", "after", "shrink", "at_floor", "word"),
+    ("effects", "before", "after", "shrink", "at_floor", "elsewhere", "word"),
     [
-        (0, 0.4, 0.4, 0.0, True, "matched"),
-        (0, 1e-6, 1e-6, 0.0, False, "unexplained"),
-        (1, 1e-6, 0.3, 0.97, False, "explained"),
-        (1, 1e-6, 1e-4, 0.9, False, "partly explained"),
-        (1, 1e-6, 1e-4, 0.35, False, "unexplained"),
-        (1, 1e-6, 0.01, -2.0, True, "partly explained"),
+        (0, 0.4, 0.4, 0.0, True, False, "matched"),
+        (0, 1e-6, 1e-6, 0.0, False, False, "unexplained"),
+        (1, 1e-6, 0.3, 0.97, False, False, "explained"),
+        (1, 1e-6, 1e-4, 0.9, False, False, "partly explained"),
+        (1, 1e-6, 1e-4, 0.35, False, False, "unexplained"),
+        (1, 1e-6, 0.01, -2.0, True, False, "partly explained"),
+        (1, 1e-6, 1e-4, 3.0, True, False, "unexplained"),
+        (1, 0.0, 1e-4, 0.99, False, True, "unexplained"),
     ],
 )
 def test_the_word(
-    effects: int, before: float, after: float, shrink: float, at_floor: bool, word: str
+    effects: int,
+    before: float,
+    after: float,
+    shrink: float,
+    at_floor: bool,
+    elsewhere: bool,
+    word: str,
 ) -> None:
     """A shrunken gap alone is no explanation, and a gap at the floor says nothing by its shrink."""
     gap = dataclasses.replace(
         NO_GAP, p_value_before=before, p_value_after=after, shrink=shrink, at_floor=at_floor
     )
-    assert verdict(effects, gap) == word
+    assert verdict(effects, gap, elsewhere) == word
+
+
+def test_a_family_that_is_left_as_it_was_is_told() -> None:
+    """An effect that closes the total may have nothing to do with what is wrong elsewhere."""
+
+    def far(image: float, rows: float, codes: float) -> Distance:
+        by_family = {"mean image": image, "rows": rows, "codes": codes}
+        return Distance(total=image, by_family=by_family, p_by_family={}, p_value=0.0)
+
+    chances = {"mean image": 0.0, "rows": 1e-40, "codes": 1e-4}
+    left = left_as_they_were(chances, far(9.0, 5.0, 1.0), far(-0.1, 4.8, 1.0))
+    assert left == ("rows",)
+    assert left_as_they_were(chances, far(9.0, 5.0, 1.0), far(-0.1, 1.5, 1.0)) == ()
 
 
 def test_a_weak_suspect_is_not_named() -> None:

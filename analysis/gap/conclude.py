@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.gap.calibration_figures import calibration_figures
 from analysis.gap.case import Candidate
+from analysis.gap.closing import closed, untouched
 from analysis.gap.fit import Fit
 from analysis.gap.measured import Measured
 from analysis.gap.places import places
@@ -86,7 +87,8 @@ def insufficient(trouble: str) -> GapReport:
 def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
-    word = verdict(len(found.choices), gap)
+    elsewhere = bool(untouched(found.measured[0], found.measured[-1]))
+    word = verdict(len(found.choices), gap, elsewhere)
     if word == "unexplained":
         found = found.first()
         gap = gap_of(found)
@@ -94,7 +96,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
     weights = found.choices[0].by_name if found.choices else probabilities(found.candidates)
     total = float(before.rod.spread.expected.sum())
-    alone = _closed(gap.before, found.measured[min(1, len(found.choices))].held.total, gap.floor)
+    alone = closed(gap.before, found.measured[min(1, len(found.choices))].held.total, gap.floor)
     return GapReport(
         verdict=word,
         effects=tuple(
@@ -144,8 +146,8 @@ def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
         return DOUBT
     if count == 1 and (word == "explained" or gap.at_floor):
         return 1.0
-    closed = float(np.clip((alone - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
-    return LEAST_TRUST + (1 - LEAST_TRUST) * closed
+    beyond = float(np.clip((alone - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
+    return LEAST_TRUST + (1 - LEAST_TRUST) * beyond
 
 
 def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
@@ -179,7 +181,7 @@ def gap_of(found: Trail) -> Gap:
     floor, b, a = before.floor, before.held.total, after.held.total
     se_before, se_after = before.held_error, after.held_error
     span = b - floor
-    shrink = _closed(b, a, floor)
+    shrink = closed(b, a, floor)
     error = float(np.hypot(se_after, se_before * (a - floor) / span) / abs(span)) if span else 0.0
     total = float(before.rod.spread.expected.sum())
     named = {one.name for c in found.choices for one in (c.best, *c.alike)}
@@ -209,11 +211,6 @@ def gap_of(found: Trail) -> Gap:
         harmed=harmed,
         placebo=float(np.median(wrong)) if wrong else 0.0,
     )
-
-
-def _closed(before: float, after: float, floor: float) -> float:
-    """Part of the gap above the floor that is closed."""
-    return (before - after) / (before - floor) if before != floor else 0.0
 
 
 def notes_of(setting: Setting) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.gap.attribute import attribute, shows
 from analysis.gap.case import Candidate, Case
+from analysis.gap.closing import TOO_WIDE, accounts, untouched
 from analysis.gap.conclude import Trail
 from analysis.gap.fit import Fit, around
 from analysis.gap.hints import Hints, brightest, period_px
@@ -86,7 +87,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
-        if choice is None or not _accounts(choice.best, now):
+        if choice is None or not accounts(choice.best, now):
             break
         if choices and not _deserves(choice.best, choices[0].best):
             break
@@ -103,7 +104,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
                 watch(f"confirming {other.name} instead")
                 instead, left_by_it = _with_it(setting, model, other)
                 closes = left_by_it.whole.p_value >= SIGNIFICANCE
-                if closes and left_by_it.held.total > TOO_WIDE and _accounts(other, now):
+                if closes and left_by_it.held.total > TOO_WIDE and accounts(other, now):
                     added, further, fits = instead, left_by_it, True
                     named = named.instead(other)
                     break
@@ -111,7 +112,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         distances.append(further)
         choices.append(named)
         closed = further.held.total < LITTLE * distances[0].held.total
-        if fits or closed or len(choices) == MOST_EFFECTS:
+        everywhere = closed and not untouched(distances[0], further)
+        if fits or everywhere or len(choices) == MOST_EFFECTS:
             chances.append(further.whole.p_value)
             break
     return Trail(
@@ -130,10 +132,6 @@ def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measu
     return added, measured(added, setting.seen)
 
 
-TOO_WIDE = -0.3
-"""G below which a model expects far more than these frames show: one body of it would not be so
-like another one as this capture is like its own picture. Right models have 0 within 0.1."""
-
 SECOND_LOOK = 0.2
 """Part of the best score from which another suspect is tried where the best leaves something: one
 effect that closes the gap alone is likelier than two that do it together."""
@@ -145,21 +143,6 @@ def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Suspects behind the best that are worth a second look."""
     least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
     return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
-
-
-LARGE = 0.3
-"""A gap from which the part of it that a suspect takes off means something."""
-
-LEAST_PART = 0.12
-"""Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
-every body makes every expectation wide, and would close any gap of the picture by that alone."""
-
-
-def _accounts(best: Candidate, now: Measured) -> bool:
-    """Whether it is the suspect's own signature that closes the gap."""
-    gap = now.held.total
-    taken = best.forward / float(now.rod.spread.expected.sum())
-    return gap < LARGE or taken > LEAST_PART * gap
 
 
 def _deserves(later: Candidate, first: Candidate) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -134,6 +135,11 @@ EVERY_SHOT = "every shot"
 REPEATED = "repeated frames"
 
 
+@functools.cache
+def _cores() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(os.cpu_count())
+
+
 def observe(stacks: Iterable[Stack], view: View) -> Observation:
     """Look at a capture, on every core.
 
@@ -143,14 +149,13 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
     """
     jobs: list[tuple[str, list[Future[_Seen]]]] = []
     repeated, lit = [], set()
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for stack in stacks:
-            repeated.append(stack.repeated)
-            if stack.lit:
-                lit.add(stack.label)
-            groups = [pool.submit(_look, dn, stack.lit, view) for dn in stack.groups]
-            jobs.append((stack.label, groups))
-        seen = [(label, [future.result() for future in futures]) for label, futures in jobs]
+    for stack in stacks:
+        repeated.append(stack.repeated)
+        if stack.lit:
+            lit.add(stack.label)
+        groups = [_cores().submit(_look, dn, stack.lit, view) for dn in stack.groups]
+        jobs.append((stack.label, groups))
+    seen = [(label, [future.result() for future in futures]) for label, futures in jobs]
     keys: list[Key] = []
     by_key: list[list[float]] = []
     for label, shot in seen:

@@ -120,18 +120,23 @@ def probabilities(candidates: Sequence[Candidate], fits: bool = True) -> dict[st
     return dict(zip((c.name for c in candidates), (weights / weights.sum())[:-1], strict=True))
 
 
-def verdict(effects: int, gap: Gap) -> str:
+def verdict(effects: int, gap: Gap, elsewhere: bool = False) -> str:
     """The word of the report.
 
     Args:
         effects: number of effects that were added.
         gap: without and with them.
+        elsewhere: whether something that is wrong beyond doubt is as it was.
     """
     if effects == 0:
         return "matched" if gap.p_value_before >= SIGNIFICANCE else "unexplained"
     if gap.p_value_after >= SIGNIFICANCE:
         return "explained"
-    return "partly explained" if gap.at_floor or gap.shrink >= LEAST_SHRINK else "unexplained"
+    # near the floor the total tells nothing, but chances do: half of their digits must be gone
+    enough = (
+        gap.p_value_after**2 > gap.p_value_before if gap.at_floor else gap.shrink >= LEAST_SHRINK
+    )
+    return "partly explained" if enough and not elsewhere else "unexplained"
 
 
 SEPARATED_BY: tuple[tuple[frozenset[str], str], ...] = (

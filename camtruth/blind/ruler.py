@@ -9,8 +9,14 @@ known direction can do is
 
     z = w . s' / sigma,
 
-with s' the signature in other random numbers, which makes z unbiased. Severity is z / 5: an effect
-at its detection limit stands 5 standard errors from zero.
+with s' the signature in other random numbers, which makes z unbiased. What is another pattern in
+every body (dust, steps of a converter) has no such direction: s and s' have nothing in common, and
+the test that is left is that of the sum of squares, which is never better than that of a known
+direction,
+
+    z = min(|s|, |s|^2 / sd of |null|^2).
+
+Severity is the larger z / 5: an effect at its detection limit stands 5 standard errors from zero.
 """
 
 from __future__ import annotations
@@ -135,7 +141,11 @@ class Ruler:
         if not np.any(w):
             return 0.0
         scatter = float(np.sqrt(np.mean((self.nulls @ w) ** 2)))
-        return max(0.0, float(w @ s)) / (scatter or 1.0) / LIMIT_Z
+        along = float(w @ s) / (scatter or 1.0)
+        square = 0.5 * float(w @ w + s @ s)
+        of_nulls = float(np.square(self.nulls).sum(axis=1).std(ddof=1))
+        size = min(np.sqrt(square), square / (of_nulls or 1.0))
+        return max(along, float(size)) / LIMIT_Z
 
     def absorbed(self, signature: Floats) -> float:
         """Part of a signature that calibration takes up."""

@@ -1,0 +1,68 @@
+"""How much of a gap a model closes, and whether it closes it where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from analysis.gap.case import Candidate
+from analysis.gap.distance import Distance
+from analysis.gap.measured import Measured
+
+TOO_WIDE = -0.3
+"""G below which a model expects far more than these frames show: one body of it would not be so
+like another one as this capture is like its own picture. Right models have 0 within 0.1."""
+
+LARGE = 0.3
+"""A gap from which the part of it that a suspect takes off means something."""
+
+LEAST_PART = 0.12
+"""Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
+every body makes every expectation wide, and would close any gap of the picture by that alone."""
+
+CERTAIN = 1e-20
+"""Chance of a family below which it is beyond doubt that something is wrong with it."""
+
+LEAST_OF_A_FAMILY = 0.3
+"""Part of the gap of such a family that a model closes if it has the cause: right effects of other
+people's code close 0.5 of each or more, and wrong ones that close a total leave some as it was."""
+
+
+def closed(before: float, after: float, floor: float = 0.0) -> float:
+    """Part of the gap above the floor that is closed."""
+    return (before - after) / (before - floor) if before != floor else 0.0
+
+
+def accounts(found: Candidate, now: Measured) -> bool:
+    """Whether it is the suspect's own signature that closes the gap.
+
+    Args:
+        found: the suspect.
+        now: the capture against the model without it.
+    """
+    gap = now.held.total
+    taken = found.forward / float(now.rod.spread.expected.sum())
+    return gap < LARGE or taken > LEAST_PART * gap
+
+
+def untouched(before: Measured, after: Measured) -> tuple[str, ...]:
+    """Families that were off beyond doubt and that a model leaves as they were.
+
+    The total is mostly of the families that have most figures: an effect may close all of it and
+    have nothing to do with what is wrong in another one.
+
+    Args:
+        before, after: the capture against the models without and with the effects.
+    """
+    return left_as_they_were(before.whole.p_by_family, before.held, after.held)
+
+
+def left_as_they_were(
+    chances: Mapping[str, float], before: Distance, after: Distance
+) -> tuple[str, ...]:
+    """The same by family: chance without the effects, distances without and with them."""
+    return tuple(
+        name
+        for name, chance in chances.items()
+        if chance < CERTAIN
+        and closed(before.by_family[name], after.by_family[name]) < LEAST_OF_A_FAMILY
+    )
