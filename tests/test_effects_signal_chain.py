@@ -540,6 +540,24 @@ def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:
     tells_apart(figures, real, np.round(ndimage.gaussian_filter(before, (0, 0.6, 0.6))))
 
 
+@pytest.mark.parametrize(
+    ("subsampling", "columns_stay", "rows_stay"),
+    [(0.0, True, True), (1.0, False, True), (2.0, False, False)],
+)
+def test_jpeg_carries_colours_at_the_resolution_that_it_says(
+    subsampling: float, columns_stay: bool, rows_stay: bool
+) -> None:
+    """Red and blue of opposite signs from line to line have little luminance: they are there after
+    full resolution, to steps of chroma at quality 95, and gone after half of it."""
+    sign = np.where(np.arange(64) % 2, 20.0, -20.0)
+    for lines, stay in ((sign[None, :], columns_stay), (sign[:, None], rows_stay)):
+        change = np.broadcast_to(lines, (1, 64, 64))
+        before = np.stack([128 + change, 128 - 0.4 * change, 128 + change], axis=-1)
+        after = applied(Jpeg(quality=95, subsampling=subsampling), before)
+        kept = float(((after[..., 0] - after[..., 1]) * np.sign(change)).mean()) / (1.4 * 20)
+        assert kept == pytest.approx(1.0 if stay else 0.0, abs=0.15)
+
+
 def test_dropped_frames_repeat_exactly() -> None:
     probability, count = 0.3, 1500
 

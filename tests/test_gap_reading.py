@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 
 import numpy as np
 import pytest
+from PIL import Image
+from scipy import ndimage
 
+from analysis.gap import jpeg_tables
 from analysis.gap.comb import exponent, histograms, white_balance
 from analysis.gap.hints import empty_bits
 from analysis.gap.lattices import Lattice
@@ -26,11 +30,11 @@ SITES = tuple(
 TOP_DN = 255
 
 
-def picture(seed: int = 3) -> np.ndarray:
+def picture(seed: int = 3, sigma: float = 4.0) -> np.ndarray:
     """A smooth picture with noise, as whole codes of three colours, (4, 96, 128, 3)."""
     rng = np.random.default_rng(seed)
     ramp = np.linspace(20, 150, 128) + np.linspace(0, 30, 96)[:, None]
-    codes = ramp[None, ..., None] + rng.normal(0, 4, (4, 96, 128, 3))
+    codes = ramp[None, ..., None] + rng.normal(0, sigma, (4, 96, 128, 3))
     return np.round(codes)
 
 
@@ -75,6 +79,35 @@ def test_bits_that_were_never_counted_in(bits: int) -> None:
     dn = (picture() // 2**bits * 2**bits).astype(np.uint8)
     stack = Frames(dn=dn, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
     assert empty_bits([stack], SITES) == bits
+
+
+def compressed(codes: np.ndarray, quality: int) -> np.ndarray:
+    """Frames written as JPEG and read again, by the codec itself."""
+    out = []
+    for frame in np.clip(np.round(codes), 0, TOP_DN).astype(np.uint8):
+        packed = io.BytesIO()
+        Image.fromarray(frame).save(packed, "JPEG", quality=quality)
+        out.append(np.asarray(Image.open(packed)))
+    return np.stack(out)
+
+
+@pytest.mark.parametrize(("quality", "sigma"), [(100, 4.0), (97, 4.0), (75, 4.0), (40, 20.0)])
+def test_the_quality_of_jpeg_is_read_from_the_combs_of_its_coefficients(
+    quality: int, sigma: float
+) -> None:
+    codes = picture(sigma=sigma)
+    assert jpeg_tables.quality([compressed(codes, quality)]) == quality
+    assert jpeg_tables.quality([compressed(codes[..., 1], quality)]) == quality
+
+
+def test_frames_that_never_were_jpeg_have_no_quality() -> None:
+    """Impostors: plain codes, lost bits, a blur, a grid that begins elsewhere."""
+    blurred = ndimage.gaussian_filter(picture(), (0, 1, 1, 0))
+    elsewhere = compressed(picture(), 75)[:, 3:, 5:]
+    for impostor in (picture(), picture() // 4 * 4, blurred, elsewhere):
+        codes = np.clip(np.round(impostor), 0, TOP_DN).astype(np.uint8)
+        assert jpeg_tables.quality([codes]) is None
+    assert jpeg_tables.quality([]) is None
 
 
 def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:

@@ -16,6 +16,7 @@ from analysis.gap.light_blocks import blocks_of, light_noise
 from analysis.gap.observe import View
 from analysis.gap.statistics.group import Group, crossed
 from analysis.gap.statistics.structure import columns, neighbours, rows, time
+from analysis.gap.statistics.surface import surface
 from sensor.demosaicers import colour_demosaicing
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
@@ -57,6 +58,24 @@ def test_row_noise_is_a_share_of_the_variance(part: float) -> None:
     independent = rng.normal(0, part * SIGMA, (FRAMES, HEIGHT, WIDTH))
     impostor = rows(group(independent))["row correlation"]
     assert abs(impostor - expected) > 5 * error
+
+
+def test_the_surface_of_the_dark_has_the_slope_and_the_corner_that_were_put_in() -> None:
+    """A slope s along x has the coefficient s. A corner that glows by g is g less its own share of
+    the mean above the rest. Errors are those of means of independent samples."""
+    slope, glow = 0.4, 0.5
+    tilted = np.linspace(-slope, slope, WIDTH)[None, None, :]
+    corner = np.zeros((1, HEIGHT, WIDTH))
+    corner[:, -(HEIGHT // 6) :, : WIDTH // 6] = glow
+    samples = FRAMES * HEIGHT * WIDTH
+    error = np.sqrt((SIGMA**2 + 1 / 12) / samples)
+    found = surface(group(tilted, seed=5))
+    assert abs(found["surface x"] - slope) < 5 * np.sqrt(3) * error + 0.01 * slope
+    assert abs(found["surface y"]) < 5 * np.sqrt(3) * error
+    found = surface(group(corner, seed=6))
+    rest = 1 - (HEIGHT // 6) * (WIDTH // 6) / (HEIGHT * WIDTH)
+    assert abs(found["surface, bottom left"] - glow * rest) < 5 * 6 * error
+    assert abs(found["surface, top right"]) < glow * (1 - rest) + 5 * 6 * error
 
 
 def test_crossed_differences_see_no_edges_but_keep_variance() -> None:

@@ -83,12 +83,15 @@ def test_a_family_that_is_left_as_it_was_is_told() -> None:
 
     def far(image: float, rows: float, codes: float) -> Distance:
         by_family = {"mean image": image, "rows": rows, "codes": codes}
-        return Distance(total=image, by_family=by_family, p_by_family={}, p_value=0.0)
+        return Distance(total=8.0, by_family=by_family, p_by_family={}, p_value=0.0)
 
     chances = {"mean image": 0.0, "rows": 1e-40, "codes": 1e-4}
-    left = left_as_they_were(chances, far(9.0, 5.0, 1.0), far(-0.1, 4.8, 1.0))
-    assert left == ("rows",)
-    assert left_as_they_were(chances, far(9.0, 5.0, 1.0), far(-0.1, 1.5, 1.0)) == ()
+    expected = {"mean image": 800.0, "rows": 100.0, "codes": 100.0}
+    few = {"mean image": 800.0, "rows": 10.0, "codes": 10.0}
+    before = far(9.0, 5.0, 1.0)
+    assert left_as_they_were(chances, before, far(-0.1, 4.8, 1.0), expected) == ("rows",)
+    assert left_as_they_were(chances, before, far(-0.1, 1.5, 1.0), expected) == ()
+    assert left_as_they_were(chances, before, far(-0.1, 4.8, 1.0), few) == ()
 
 
 def test_a_weak_suspect_is_not_named() -> None:

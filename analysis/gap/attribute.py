@@ -46,6 +46,7 @@ def shows(
     case: Case,
     kinds: Iterable[type[Effect]],
     hints: Hints,
+    told: Mapping[str, Hints],
     watch: Callable[[str], None] = lambda name: None,
 ) -> list[Signature]:
     """How every suspect would show at every strength and shape from which a search begins.
@@ -53,7 +54,8 @@ def shows(
     Args:
         case: the capture.
         kinds: the suspects.
-        hints: what the frames say of their parameters.
+        hints: where the search for a parameter begins.
+        told: parameters that the frames tell, by name of the effect.
         watch: told whose turn it is.
     """
     references = _references(case, SEEDS)
@@ -61,8 +63,9 @@ def shows(
     for kind in kinds:
         watch(kind.name)
         hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
-        for effect in starts(kind):
-            shown = _shown(case, dataclasses.replace(effect, **hinted), references)
+        hinted |= told.get(kind.name, {})
+        for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
+            shown = _shown(case, effect, references)
             if shown is not None:
                 found.append(shown)
     return found
@@ -80,7 +83,7 @@ def attribute(
     Args:
         case: the capture.
         shown: how the suspects show, here or at a model near this one; see `shows`.
-        told: names of suspects whose strength the frames tell: they are followed in any case.
+        told: suspects of which the frames tell parameters: they are followed in any case.
         watch: told whose turn it is.
     """
     references = _references(case, SEEDS)

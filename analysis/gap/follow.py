@@ -10,11 +10,12 @@ from analysis.gap.attribute import attribute, shows
 from analysis.gap.case import Candidate, Case
 from analysis.gap.closing import TOO_WIDE, accounts, untouched
 from analysis.gap.conclude import Trail
-from analysis.gap.fit import Fit, around
+from analysis.gap.fit import Fit, around, refine
 from analysis.gap.hints import Hints, brightest, period_px
 from analysis.gap.measured import Measured, measured
-from analysis.gap.setting import Setting
-from analysis.gap.suspects import Signature, strengths
+from analysis.gap.pursue import ANEW_STEPS
+from analysis.gap.setting import Setting, halves
+from analysis.gap.suspects import Signature
 from analysis.gap.verdict import (
     EQUIVALENT,
     LEAST_SCORE,
@@ -37,7 +38,7 @@ def hints_of(setting: Setting, case: Case) -> Hints:
     across, below = brightest(image, setting.seen.grid)
     stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
     period = period_px(stacks, setting.scenery.view.lattices)
-    return {"across": across, "below": below, "period_px": period, **setting.told}
+    return {"across": across, "below": below, "period_px": period}
 
 
 MOST_EFFECTS = 3
@@ -81,9 +82,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         # what an effect does hardly depends on what else the camera has, but hints do
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
-        shown += shows(now.case, again, hints, tell)
-        told = {k.name for k in left if any(p.name in setting.told for p in strengths(k))}
-        candidates = attribute(now.case, shown, tell, told=told)
+        shown += shows(now.case, again, hints, setting.told, tell)
+        candidates = attribute(now.case, shown, tell, told=setting.told)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
@@ -108,6 +108,13 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
                     added, further, fits = instead, left_by_it, True
                     named = named.instead(other)
                     break
+        if choices:
+            watch(f"confirming {named.best.name} alone")
+            alone, left_alone = _alone(setting, added)
+            if _no_worse(left_alone, further):
+                added, further = alone, left_alone
+                fits = further.whole.p_value >= SIGNIFICANCE
+                del models[1:], distances[1:], choices[:]
         models.append(added)
         distances.append(further)
         choices.append(named)
@@ -130,6 +137,23 @@ def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measu
     """The model with a suspect added, and what it leaves of the capture."""
     added = around(found.base, setting.scenery, (*model.effects, found.effect))
     return added, measured(added, setting.seen)
+
+
+def _alone(setting: Setting, model: Fit) -> tuple[Fit, Measured]:
+    """The model with the last of its effects alone, calibrated anew, and what it leaves."""
+    last = model.effects[-1]
+    fit_half, _ = halves(setting.seen)
+    base, effects = refine(
+        model.base, fit_half, setting.scenery, (last,), steps=ANEW_STEPS, tuned=last.name
+    )
+    alone = around(base, setting.scenery, effects)
+    return alone, measured(alone, setting.seen)
+
+
+def _no_worse(alone: Measured, both_of_them: Measured) -> bool:
+    """Whether a later effect by itself leaves hardly more than it does with those before it."""
+    more = alone.held.total - both_of_them.held.total
+    return more * float(alone.rod.spread.expected.sum()) < LEAST_OF_A_LATER
 
 
 SECOND_LOOK = 0.2

@@ -28,6 +28,10 @@ Floats = NDArray[np.float64]
 BLACK_STEP_DN = 0.05
 BLUR_STEP_PX2 = 0.2
 
+WIDE = 4.0
+"""Tenths of a strength by which it is moved: twins differ by rounding too, and a small step would
+be a direction of noise, along which every amount comes out too small."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Knob:
@@ -150,7 +154,7 @@ def moved_twins(
     by_parameter, steps = {}, {}
     for k, effect in enumerate(effects):
         for p in free_parameters(effect):
-            by = step_of(effect, p)
+            by = step_of(effect, p, 1.0 if p.identity is None else WIDE)
             other = dataclasses.replace(effect, **{p.name: getattr(effect, p.name) + by})
             key = (effect.name, p.name)
             steps[key] = by

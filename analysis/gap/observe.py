@@ -19,6 +19,7 @@ from analysis.gap.statistics.interpolation import interpolation
 from analysis.gap.statistics.pattern import pattern, pattern_lines, pattern_shape
 from analysis.gap.statistics.spectrum import spectrum
 from analysis.gap.statistics.structure import columns, frames, neighbours, rows, tails, time
+from analysis.gap.statistics.surface import surface
 from analysis.gap.statistics.transfer import level, transfer
 
 Floats = NDArray[np.float64]
@@ -37,6 +38,7 @@ FAMILIES: dict[str, tuple[Callable[[Group], dict[str, float]], str]] = {
     "pattern": (pattern, "photosite"),
     "pattern lines": (pattern_lines, "readout"),
     "pattern shape": (pattern_shape, "photosite"),
+    "dark surface": (surface, "photosite"),
 }
 """Every family of one lattice, and the stage where a gap in it most often begins."""
 
@@ -47,7 +49,9 @@ STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
     IMAGE: "optics",
 }
 
-OF_A_BODY = frozenset({"level", "codes", "pattern", "pattern lines", "pattern shape", "texture"})
+OF_A_BODY = frozenset(
+    {"level", "codes", "pattern", "pattern lines", "pattern shape", "dark surface", "texture"}
+)
 """Families of what stays from frame to frame: more frames do not average a camera body away."""
 
 BLOCKS_DOWN = 16

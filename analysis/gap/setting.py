@@ -14,12 +14,16 @@ from analysis.gap.base import Body
 from analysis.gap.calibrate import black_of
 from analysis.gap.comb import exponent, histograms, white_balance
 from analysis.gap.hints import Hints, empty_bits
+from analysis.gap.jpeg_tables import quality
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.light import light_of
 from analysis.gap.observe import BLOCKS_DOWN, Observation, View, observe
 from analysis.gap.shots import Plan, plan, stack_of
 from analysis.gap.twin import Scenery, exposure_of, shots_of
 from render.rate import RateImage
+from sensor.effects.bit_truncation import BitTruncation
+from sensor.effects.gamma import Gamma
+from sensor.effects.jpeg import Jpeg
 from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture, Frames
 
@@ -38,7 +42,7 @@ class Setting:
         black_dn: a first black level.
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
         white_balance: of whole codes; None where they have no comb of one.
-        told: strengths of suspects that whole codes tell, by name of the parameter.
+        told: parameters of suspects that whole codes tell, by name of the effect.
     """
 
     capture: Capture
@@ -48,7 +52,7 @@ class Setting:
     black_dn: float
     arithmetic: int
     white_balance: WhiteBalance | None
-    told: Hints
+    told: Mapping[str, Hints]
 
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
@@ -89,11 +93,17 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
 
 def _told(
     keys: Sequence[Frames], lattices: Sequence[Lattice], counts: Mapping[str, Floats]
-) -> Hints:
-    """Lost bits, and the exponent of a curve behind the converter."""
-    bits, power = empty_bits(keys, lattices), exponent(counts)
-    told = {"bits": float(bits)} if bits else {}
-    return told if power is None else told | {"exponent": power, "about_black": 0.0}
+) -> dict[str, Hints]:
+    """Lost bits, the exponent of a curve behind the converter, and the quality of JPEG."""
+    told: dict[str, Hints] = {}
+    if bits := empty_bits(keys, lattices):
+        told[BitTruncation.name] = {"bits": float(bits)}
+    if (power := exponent(counts)) is not None:
+        told[Gamma.name] = {"exponent": power, "about_black": 0.0}
+    whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
+    if (tables := quality(whole)) is not None:
+        told[Jpeg.name] = {"quality": float(tables)}
+    return told
 
 
 def _black(capture: Capture) -> float:

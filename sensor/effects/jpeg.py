@@ -14,6 +14,8 @@ from sensor.errors import CameraError
 from sensor.signal import Signal
 from sensor.stream import Stream
 
+SUBSAMPLINGS = ("4:4:4", "4:2:2", "4:2:0")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Jpeg(Effect):
@@ -21,10 +23,10 @@ class Jpeg(Effect):
 
         DN' = decode(encode(DN, quality)):    DCT of 8 x 8 blocks, q(u, v) round(DCT / q(u, v))
 
-    Colours are carried as in cameras, 4:2:2. The cosine coefficients of the blocks fall on combs
-    whose spacing is the table q; noise below half a step vanishes and gradients jump from block to
-    block. A blur keeps no grid of 8 pixels. No quality is without loss: to have none, leave the
-    effect out.
+    Colours are carried at full resolution, at half of it along rows (4:2:2, as in cameras), or at
+    half of it both ways. The cosine coefficients of the blocks fall on combs whose spacing is the
+    table q; noise below half a step vanishes and gradients jump from block to block. A blur keeps
+    no grid of 8 pixels. No quality is without loss: to have none, leave the effect out.
     """
 
     name: ClassVar[str] = "jpeg"
@@ -40,8 +42,17 @@ class Jpeg(Effect):
         minimum=1.0,
         maximum=100.0,
         whole=True,
-        starts=(97.0, 93.0, 88.0, 80.0, 65.0, 40.0, 15.0),
+        starts=(93.0, 65.0, 20.0),
         doc="libjpeg's quality: 100 has steps of 1, 50 the tables of the standard",
+    )
+    subsampling: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=2.0,
+        whole=True,
+        starts=(1.0, 0.0, 2.0),
+        doc="of the colours: 0 none, 1 is 4:2:2, 2 is 4:2:0",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -60,7 +71,9 @@ class Jpeg(Effect):
         from PIL import Image
 
         packed = io.BytesIO()
-        options: dict[str, Any] = {"subsampling": "4:2:2"} if frame.ndim == 3 else {}
+        options: dict[str, Any] = {}
+        if frame.ndim == 3:
+            options["subsampling"] = SUBSAMPLINGS[int(self.subsampling)]
         Image.fromarray(frame).save(packed, "JPEG", quality=int(self.quality), **options)
         packed.seek(0)
         with Image.open(packed) as image:
