@@ -123,6 +123,7 @@ class Effect(abc.ABC):
         base: whether it is a term of the paper's equation (1).
         reference: where the model is from.
         history_frames: how many earlier frames it needs to make one (lag, filters in time).
+        repeats: whether a frame may be the one before it again.
     """
 
     name: ClassVar[str]
@@ -132,6 +133,7 @@ class Effect(abc.ABC):
     base: ClassVar[bool] = False
     quantity_override: ClassVar[Quantity | None] = None
     history_frames: ClassVar[int] = 0
+    repeats: ClassVar[bool] = False
 
     @abc.abstractmethod
     def apply(self, signal: Signal, stream: Stream) -> Signal:

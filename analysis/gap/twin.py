@@ -15,7 +15,6 @@ from analysis.gap.observe import Observation, Stack, View, observe
 from analysis.gap.repeats import fresh, repeats
 from sensor.camera import Camera
 from sensor.effect import Effect
-from sensor.effects.dropped_frames import DroppedFrames
 from sensor.protocol import Shot
 from sensor.simulation import pixels_of, simulate
 
@@ -110,10 +109,10 @@ MORE = 4
 def _stacks(
     camera: Camera, scenery: Scenery, rates: Mapping[str, Rate], seed: int
 ) -> Iterator[Stack]:
-    """One group of frames of each shot; of a camera that drops some, out of many more."""
+    """One group of frames of each shot; of a camera that repeats some, out of many more."""
     wanted = scenery.view.frames
-    drops = any(isinstance(effect, DroppedFrames) for effect in camera.effects)
-    frames = range(MORE * wanted if drops else wanted)
+    some_repeat = any(effect.repeats for effect in camera.effects)
+    frames = range(MORE * wanted if some_repeat else wanted)
     for shot in scenery.shots:
         dn = pixels_of(camera, simulate(camera, shot, rates, seed=seed, frames=frames))
         yield Stack(

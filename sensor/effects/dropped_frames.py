@@ -31,6 +31,7 @@ class DroppedFrames(Effect):
     name: ClassVar[str] = "dropped_frames"
     stage: ClassVar[Stage] = Stage.TRANSPORT
     position: ClassVar[int] = 30
+    repeats: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "IIDC 1394-based Digital Camera Specification 1.31: isochronous packets are not sent again"
     )
