@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from analysis.gap.case import Candidate
 from analysis.gap.distance import Distance
 from analysis.gap.measured import Measured
@@ -40,7 +42,8 @@ def accounts(found: Candidate, now: Measured) -> bool:
         now: the capture against the model without it.
     """
     gap = now.held.total
-    taken = found.forward / float(now.rod.spread.expected.sum())
+    expected = float(now.case.fitting.spread.expected.sum())
+    taken = float(np.square(now.case.fit_left).sum()) / expected - found.misfit
     return gap < LARGE or taken > LEAST_PART * gap
 
 

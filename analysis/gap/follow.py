@@ -8,10 +8,10 @@ import numpy as np
 
 from analysis.gap.attribute import attribute, shows
 from analysis.gap.case import Candidate, Case
-from analysis.gap.closing import TOO_WIDE, accounts, untouched
+from analysis.gap.closing import CERTAIN, TOO_WIDE, accounts, untouched
 from analysis.gap.conclude import Trail
 from analysis.gap.fit import Fit, around, refine
-from analysis.gap.hints import Hints, brightest, period_px
+from analysis.gap.hints import Hints, brightest, mains_hz, period_px
 from analysis.gap.measured import Measured, measured
 from analysis.gap.pursue import ANEW_STEPS
 from analysis.gap.setting import Setting, halves
@@ -30,15 +30,26 @@ from sensor.effect import Effect
 Watch = Callable[[str], None]
 
 
+LEAST_PATCH_PX = 4.0
+"""A patch that is smaller than this shows in less than one block."""
+
+
 def hints_of(setting: Setting, case: Case) -> Hints:
     """Where searches for a period and a place should begin."""
     space = case.fitting.turned.space
     count, size = len(space.keys), int(np.prod(space.shape))
     image = case.fit_left[count : count + size].reshape(space.shape)
-    across, below = brightest(image, setting.seen.grid)
+    patch = brightest(image, setting.seen.grid)
     stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
     period = period_px(stacks, setting.scenery.view.lattices)
-    return {"across": across, "below": below, "period_px": period}
+    hints = {
+        "across": patch.across,
+        "below": patch.below,
+        "sigma_px": max(LEAST_PATCH_PX, patch.sigma * setting.scenery.body.height),
+        "period_px": period,
+    }
+    mains = mains_hz(stacks)
+    return hints if mains is None else hints | {"mains_hz": mains}
 
 
 MOST_EFFECTS = 3
@@ -103,7 +114,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
             for other in _rivals(candidates):
                 watch(f"confirming {other.name} instead")
                 instead, left_by_it = _with_it(setting, model, other)
-                closes = left_by_it.whole.p_value >= SIGNIFICANCE
+                closes = left_by_it.whole.p_value >= _enough_for(further)
                 if closes and left_by_it.held.total > TOO_WIDE and accounts(other, now):
                     added, further, fits = instead, left_by_it, True
                     named = named.instead(other)
@@ -161,6 +172,14 @@ SECOND_LOOK = 0.2
 effect that closes the gap alone is likelier than two that do it together."""
 
 MOST_RIVALS = 2
+
+NEARLY_CLOSED = 1e-3
+"""What a rival may leave where the best leaves something beyond doubt."""
+
+
+def _enough_for(best: Measured) -> float:
+    """Chance that a rival must leave to take the place of the best."""
+    return NEARLY_CLOSED if best.whole.p_value < CERTAIN else SIGNIFICANCE
 
 
 def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:

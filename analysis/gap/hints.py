@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from analysis.gap.lattices import Lattice
+from sensor.frame_times import interval_of
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
@@ -37,6 +39,42 @@ def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
         if height > best:
             best, found = height, series.shape[1] / _between(power, peak)
     return max(found, 2.0)
+
+
+MAINS_HZ = np.arange(45.0, 65.0, 0.02)
+USUAL_MAINS_HZ = (50.0, 60.0)
+BEATS_FRAMES = 64
+"""Frames of a shot whose means are looked at."""
+
+CLEAR_BEAT = 8.0
+"""Power of a beat in the means of frames over the typical one; of noise the highest has 5."""
+
+AS_GOOD = 0.97
+"""Part of the power from which another frequency of the mains shows as well: the same beat comes
+from many."""
+
+
+def mains_hz(stacks: Sequence[Frames]) -> float | None:
+    """Frequency of the mains whose light beats with the frames as their means do; None without.
+
+    Of those that beat alike it is the one next to 50 or 60 Hz.
+    """
+    power = np.zeros(len(MAINS_HZ))
+    for stack in stacks:
+        if stack.shot.dark:
+            continue
+        dn = np.asarray(stack.dn[:BEATS_FRAMES, ::4, ::4], dtype=np.float64)
+        means = dn.reshape(len(dn), -1).mean(axis=1)
+        beat = means / max(means.mean(), 1e-9) - 1.0
+        starts_s = np.arange(len(dn)) * interval_of(stack.shot)
+        waves = np.exp(-2j * np.pi * 2 * np.outer(MAINS_HZ, starts_s))
+        power += np.square(np.abs(waves @ beat)) / max(float(beat @ beat), 1e-30)
+    highest = float(power.max())
+    if highest < CLEAR_BEAT * float(np.median(power)) or highest == 0:
+        return None
+    alike = MAINS_HZ[power > AS_GOOD * highest]
+    off = np.abs(alike[:, None] - np.array(USUAL_MAINS_HZ)).min(axis=1)
+    return float(alike[np.argmin(off)])
 
 
 MOST_BITS = 8
@@ -77,14 +115,36 @@ def _mosaic(stack: Frames, lattices: tuple[Lattice, ...]) -> NDArray[np.float32]
     return plane
 
 
-def brightest(left: Floats, grid: tuple[int, int]) -> tuple[float, float]:
-    """Where the residual image is most above the model over a wide area: parts of width, height.
+@dataclass(frozen=True, kw_only=True)
+class Patch:
+    """A bright patch of the residual image.
+
+    Attributes:
+        across, below: its middle, as parts of the width and of the height.
+        sigma: standard deviation of a normal lobe of its area, as a part of the height.
+    """
+
+    across: float
+    below: float
+    sigma: float
+
+
+def brightest(left: Floats, grid: tuple[int, int]) -> Patch:
+    """Where the residual image is most above the model over an area.
 
     Args:
         left: residual blocks in standard errors, (shots, channels, blocks).
         grid: blocks down and across.
     """
-    image = np.clip(left, -10, 10).mean(axis=(0, 1)).reshape(grid)
+    highest = max(10.0, float(np.quantile(left, 0.99)))
+    image = np.clip(left, -highest, highest).mean(axis=(0, 1)).reshape(grid)
     smooth = ndimage.gaussian_filter(image, max(1.0, grid[0] / 12))
     y, x = np.unravel_index(int(np.argmax(smooth)), grid)
-    return (float(x) + 0.5) / grid[1], (float(y) + 0.5) / grid[0]
+    # a normal lobe is over half of its peak on an area of 2 pi ln 2 sigma^2
+    pieces, _ = ndimage.label(smooth > 0.5 * smooth.max())
+    area = float((pieces == pieces[y, x]).sum())
+    return Patch(
+        across=(float(x) + 0.5) / grid[1],
+        below=(float(y) + 0.5) / grid[0],
+        sigma=float(np.sqrt(area / (2 * np.pi * np.log(2)))) / grid[0],
+    )

@@ -52,6 +52,7 @@ class RandomTelegraphNoise(Effect):
         minimum=0.0,
         maximum=10_000.0,
         identity=0.0,
+        starts=(200.0, 60.0, 20.0),
         doc="mean difference between the two levels",
     )
     dwell_up_s: float = parameter(
