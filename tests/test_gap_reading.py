@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from analysis.gap import jpeg_tables
 from analysis.gap.comb import exponent, histograms, white_balance
-from analysis.gap.hints import empty_bits
+from analysis.gap.hints import brightest, empty_bits, mains_hz
 from analysis.gap.lattices import Lattice
 from analysis.gap.nuisance import free_parameters, step_of
 from analysis.gap.repeats import fresh, repeats
@@ -108,6 +108,47 @@ def test_frames_that_never_were_jpeg_have_no_quality() -> None:
         codes = np.clip(np.round(impostor), 0, TOP_DN).astype(np.uint8)
         assert jpeg_tables.quality([codes]) is None
     assert jpeg_tables.quality([]) is None
+
+
+def flickering(mains: float | None, frames: int = 24) -> Frames:
+    """Noise of a lit shot at 15 frames a second, of which a lamp changes the mean by 1 %."""
+    rng = np.random.default_rng(9)
+    shot = Shot(label="lit", light=("lamp",), exposure_s=0.01, frames=frames, interval_s=INTERVAL_S)
+    level = np.full(frames, 100.0)
+    if mains is not None:
+        level += np.sin(2 * np.pi * 2 * mains * np.arange(frames) * INTERVAL_S + 0.4)
+    dn = np.round(level[:, None, None] + rng.normal(0, 2, (frames, 64, 64))).astype(np.uint8)
+    return Frames(dn=dn, shot=shot, pixels="mono8", bits=8)
+
+
+INTERVAL_S = 1 / 15
+
+
+@pytest.mark.parametrize("mains", [50.0, 60.3, 48.76])
+def test_the_mains_is_read_from_the_beat_of_the_means(mains: float) -> None:
+    """Beats are known to a part of a cycle over the stack, and in either direction."""
+    found = mains_hz([flickering(mains)])
+    assert found is not None
+    beat = [2 * f * INTERVAL_S % 1.0 for f in (found, mains)]
+    same = min(abs(beat[0] - beat[1]), abs(beat[0] + beat[1] - 1.0))
+    assert same < 0.25 / 24
+    assert min(abs(found - 50), abs(found - 60)) <= min(abs(mains - 50), abs(mains - 60)) + 0.1
+
+
+def test_noise_has_no_beat() -> None:
+    assert mains_hz([flickering(None)]) is None
+    assert mains_hz([]) is None
+
+
+def test_a_bright_patch_has_its_place_and_its_size() -> None:
+    """Of a lobe the place is known to half a block, the area to the smoothing and the blocks."""
+    down, across = 12, 16
+    y, x = np.mgrid[:down, :across] + 0.5
+    lobe = np.exp(-(np.square(x - 11.0) + np.square(y - 4.0)) / (2 * 2.0**2))
+    patch = brightest(40 * np.tile(lobe.ravel(), (3, 3, 1)), (down, across))
+    assert abs(patch.across * across - 11.0) <= 0.5
+    assert abs(patch.below * down - 4.0) <= 0.5
+    assert patch.sigma * down == pytest.approx(np.hypot(2.0, 1.0), rel=0.15)
 
 
 def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:
