@@ -7,6 +7,7 @@ from collections.abc import Callable, Container, Iterable, Mapping
 
 import numpy as np
 
+from analysis.gap.base import Base
 from analysis.gap.case import Candidate, Case, candidate
 from analysis.gap.fit import SEEDS
 from analysis.gap.hints import Hints
@@ -77,6 +78,7 @@ def attribute(
     watch: Callable[[str], None] = lambda name: None,
     *,
     told: Container[str] = (),
+    begin: Mapping[str, Base] | None = None,
 ) -> list[Candidate]:
     """Every suspect that these frames may show, best first.
 
@@ -84,6 +86,7 @@ def attribute(
         case: the capture.
         shown: how the suspects show, here or at a model near this one; see `shows`.
         told: suspects of which the frames tell parameters: they are followed in any case.
+        begin: where the camera begins with some of these, by name.
         watch: told whose turn it is.
     """
     references = _references(case, SEEDS)
@@ -105,7 +108,9 @@ def attribute(
     for found in finalists:
         watch(found.name)
         if found in evident:
-            candidates.append(anew(case, _as_it_is(case, found), found.effect, many, tuned=False))
+            start = (begin or {}).get(found.name)
+            as_it_is = _as_it_is(case, found)
+            candidates.append(anew(case, as_it_is, found.effect, many, start=start, tuned=False))
             continue
         pursued = pursue(case, found, many)
         # the strongest effect is the first, and calibration has known it since

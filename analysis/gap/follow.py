@@ -16,6 +16,7 @@ from analysis.gap.measured import Measured, measured
 from analysis.gap.pursue import ANEW_STEPS
 from analysis.gap.setting import Setting, halves
 from analysis.gap.suspects import Signature
+from analysis.gap.unbend import unbent
 from analysis.gap.verdict import (
     EQUIVALENT,
     LEAST_SCORE,
@@ -82,6 +83,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     first: list[Candidate] = []
     chances: list[float] = []
     shown: list[Signature] = []
+    begin = unbent(setting)
 
     def tell(name: str) -> None:
         watch(f"suspect {name}")
@@ -94,7 +96,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
         shown += shows(now.case, again, hints, setting.told, tell)
-        candidates = attribute(now.case, shown, tell, told=setting.told)
+        candidates = attribute(now.case, shown, tell, told=setting.told, begin=begin)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None

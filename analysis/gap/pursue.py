@@ -105,6 +105,7 @@ def anew(
     first: Effect,
     many: Mapping[int, Observation],
     *,
+    start: Base | None = None,
     tuned: bool = True,
 ) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.
@@ -117,6 +118,7 @@ def anew(
         found: the suspect as it was fitted so far.
         first: as the search for it began; taken up again where the pursuit led nowhere.
         many: twins of the model by seed.
+        start: where the camera begins, if that is known better than by what was fitted without.
         tuned: whether its parameters are fitted; not where the frames tell them.
     """
     known = case.known
@@ -125,10 +127,10 @@ def anew(
     if found.misfit > LED_NOWHERE * without:
         effect, base = first, known.base
 
-    def calibrated(start: Base, with_it: Effect) -> Candidate:
+    def calibrated(begin: Base, with_it: Effect) -> Candidate:
         added = (*known.effects, with_it)
         fitted, effects = refine(
-            start,
+            begin,
             case.fit_seen,
             known.scenery,
             added,
@@ -138,13 +140,14 @@ def anew(
         shown = signature(effects[-1], known, base=fitted, seeds=FINAL_SEEDS, references=many)
         return found if shown is None else candidate(case, shown, fitted, found.absorbed)
 
-    start = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
-    ways = [(start, effect)]
+    base = start or base
+    best_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
+    ways = [(best_counted, effect)]
     if known.scenery.body.pixels == "rgb8":
         # far from the camera its arithmetic cannot be seen, so both ways are gone
-        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {start.arithmetic}
+        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {best_counted.arithmetic}
         ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
-    ways += [(start, other) for other in _choices(effect)]
+    ways += [(best_counted, other) for other in _choices(effect)]
     best = found
     for way in ways:
         if best is found or best.misfit > MISFIT:

@@ -70,7 +70,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         top_dn=first.top_dn,
     )
     keys = [f for f in capture.frames if f.shot.label in chosen.key]
-    black_dn = _black(capture)
+    black_dn = black_of_frames(capture.frames)
     cfa = first.cfa or _cfa(lattices)
     scenery = Scenery(
         body=Body.of(first, cfa, capture.camera),
@@ -106,11 +106,13 @@ def _told(
     return told
 
 
-def _black(capture: Capture) -> float:
-    darks = {f.shot.exposure_s: float(np.mean(f.dn[:4])) for f in capture.darks}
+def black_of_frames(frames: Sequence[Frames]) -> float:
+    """A first black level in DN."""
+    darks = {f.shot.exposure_s: float(np.mean(f.dn[:4])) for f in frames if f.shot.dark}
     lit: dict[float, list[float]] = {}
-    for f in capture.lit:
-        lit.setdefault(exposure_of(f.shot), []).append(float(np.mean(f.dn[:4])))
+    for f in frames:
+        if not f.shot.dark:
+            lit.setdefault(exposure_of(f.shot), []).append(float(np.mean(f.dn[:4])))
     return black_of(darks, lit)
 
 

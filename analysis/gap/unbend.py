@@ -1,0 +1,41 @@
+"""Where a camera that bends its output begins: first figures of frames with the curve undone."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from analysis.gap.base import Base
+from analysis.gap.calibrate import first_guess
+from analysis.gap.observe import observe
+from analysis.gap.setting import Setting, black_of_frames, halves
+from analysis.gap.shots import stack_of
+from sensor.effects.gamma import Gamma
+from sensor.frames import Frames
+
+
+def unbent(setting: Setting) -> dict[str, Base]:
+    """By name of the effect: the base by moments of frames without the curve that they tell.
+
+    A curve that is strong changes gain and noise from level to level, so that the base calibrated
+    without it is no place to begin.
+    """
+    told = setting.told.get(Gamma.name)
+    if told is None:
+        return {}
+    inverse = 1.0 / told["exponent"]
+    frames = [
+        _through(f, inverse) for f in setting.capture.frames if f.shot.label in setting.plan.key
+    ]
+    seen = observe((stack_of(f, setting.plan) for f in frames), setting.scenery.view)
+    fit_half, _ = halves(seen)
+    black_dn = black_of_frames(frames)
+    return {Gamma.name: first_guess(fit_half, setting.scenery, None, black_dn, setting.arithmetic)}
+
+
+def _through(frames: Frames, exponent: float) -> Frames:
+    """Frames with every code raised to a power of its part of the range, as whole codes again."""
+    top = frames.top_dn
+    codes = np.round(top * (np.arange(top + 1) / top) ** exponent)
+    return dataclasses.replace(frames, dn=codes.astype(frames.dn.dtype)[frames.dn])
