@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import io
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy import ndimage
 
 from analysis.gap.diagnose import Diagnosis, calibrated, diagnose
@@ -72,6 +75,52 @@ def diagnosed(*, rows: bool, without: str = "") -> Diagnosis:
     """What is said of it."""
     kinds = [catalogue()[name] for name in SUSPECTS if name != without]
     return diagnose(capture(rows=rows), stated={"lamp": light()}, suspects=kinds)
+
+
+def processed(process: Callable[[np.ndarray], np.ndarray]) -> Capture:
+    """The capture without row noise, every frame through another program."""
+    plain = capture(rows=False)
+    frames = [
+        dataclasses.replace(f, dn=np.stack([process(frame) for frame in f.dn]))
+        for f in plain.frames
+    ]
+    return dataclasses.replace(plain, frames=tuple(frames))
+
+
+def bent(frame: np.ndarray) -> np.ndarray:
+    """A power of whole codes, about code 0."""
+    return np.round(255 * (frame / 255.0) ** 0.8).astype(np.uint8)
+
+
+def compressed(frame: np.ndarray) -> np.ndarray:
+    """Written as JPEG with colours at half resolution, and read again."""
+    packed = io.BytesIO()
+    Image.fromarray(frame).save(packed, "JPEG", quality=92, subsampling="4:2:0")
+    return np.asarray(Image.open(packed))
+
+
+@pytest.mark.parametrize(
+    ("process", "name", "figures"),
+    [
+        (bent, "gamma", {"exponent": 0.8, "about_black": 0.0}),
+        (compressed, "jpeg", {"quality": 92.0, "subsampling": 2.0}),
+    ],
+)
+def test_what_whole_codes_tell_is_found_behind_strong_processing(
+    process: Callable[[np.ndarray], np.ndarray], name: str, figures: dict[str, float]
+) -> None:
+    """The camera is calibrated with the curve or the codec in it, whatever it looked like without:
+    its gain comes out as it went in."""
+    kinds = [catalogue()[one] for one in (name, "veiling_glare", "sharpening")]
+    found = diagnose(processed(process), stated={"lamp": light()}, suspects=kinds)
+    named = found.report.effects[0]
+    assert named.name == name, answer(found.report)
+    assert named.probability > 0.5
+    assert found.report.gap.shrink > 0.9
+    for parameter, value in figures.items():
+        assert named.parameters[parameter].value == pytest.approx(value, abs=2e-3)
+    assert found.trail is not None
+    assert found.trail.models[-1].base.gain_dn_per_e == pytest.approx(0.02, rel=0.1)
 
 
 def test_a_camera_like_the_model_is_matched() -> None:
