@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -100,41 +101,26 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
-        if choice is None or not accounts(choice.best, now):
+        if choice is None:
             break
         if choices and not _deserves(choice.best, choices[0].best):
             break
-        watch(f"confirming {choice.best.name}")
-        added, further = _with_it(setting, model, choice.best)
-        if choices and further.held.total > CLOSES_LITTLE * now.held.total:
+        step = _confirmed(setting, model, now, candidates, choice, later=bool(choices), watch=watch)
+        if step is None:
             break
-        if further.held.total < TOO_WIDE:
-            break
-        fits = further.whole.p_value >= SIGNIFICANCE
-        named = choose(candidates, fits) or choice
-        if not choices and not fits:
-            for other in _rivals(candidates):
-                watch(f"confirming {other.name} instead")
-                instead, left_by_it = _with_it(setting, model, other)
-                closes = left_by_it.whole.p_value >= _enough_for(further)
-                if closes and left_by_it.held.total > TOO_WIDE and accounts(other, now):
-                    added, further, fits = instead, left_by_it, True
-                    named = named.instead(other)
-                    break
         if choices:
-            watch(f"confirming {named.best.name} alone")
-            alone, left_alone = _alone(setting, added)
-            if _no_worse(left_alone, further):
-                added, further = alone, left_alone
-                fits = further.whole.p_value >= SIGNIFICANCE
+            watch(f"confirming {step.choice.best.name} alone")
+            alone = _alone(setting, step)
+            if _no_worse(alone.left, step.left):
+                step = alone
                 del models[1:], distances[1:], choices[:]
-        models.append(added)
-        distances.append(further)
-        choices.append(named)
-        closed = further.held.total < LITTLE * distances[0].held.total
-        everywhere = closed and not untouched(distances[0], further)
-        if fits or everywhere or len(choices) == MOST_EFFECTS:
-            chances.append(further.whole.p_value)
+        models.append(step.model)
+        distances.append(step.left)
+        choices.append(step.choice)
+        closed = step.left.held.total < LITTLE * distances[0].held.total
+        everywhere = closed and not untouched(distances[0], step.left)
+        if step.fits or everywhere or len(choices) == MOST_EFFECTS:
+            chances.append(step.left.whole.p_value)
             break
     return Trail(
         models=tuple(models),
@@ -146,21 +132,66 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Step:
+    """An effect that was added: what is said of it, the model with it, and what that leaves."""
+
+    choice: Choice
+    model: Fit
+    left: Measured
+    fits: bool
+
+
+def _confirmed(
+    setting: Setting,
+    model: Fit,
+    now: Measured,
+    candidates: Sequence[Candidate],
+    choice: Choice,
+    *,
+    later: bool,
+    watch: Watch,
+) -> _Step | None:
+    """The step that the best suspect makes, or one of its rivals; None where none may be made."""
+    best = choice.best
+    watch(f"confirming {best.name}")
+    added, left = _with_it(setting, model, best)
+    by_width = left.held.total < TOO_WIDE or not accounts(best, now)
+    if later and (by_width or left.held.total > CLOSES_LITTLE * now.held.total):
+        return None
+    fits = left.whole.p_value >= SIGNIFICANCE
+    named = choose(candidates, fits) or choice
+    step = _Step(choice=named, model=added, left=left, fits=fits)
+    if later or (fits and not by_width):
+        return step
+    # where the best is wrong beyond doubt, a rival may leave a little
+    enough = NEARLY_CLOSED if by_width or left.whole.p_value < CERTAIN else SIGNIFICANCE
+    for other in _rivals(candidates):
+        watch(f"confirming {other.name} instead")
+        instead, left_by_it = _with_it(setting, model, other)
+        closes = left_by_it.whole.p_value >= enough and left_by_it.held.total > TOO_WIDE
+        if closes and accounts(other, now):
+            return _Step(choice=named.instead(other), model=instead, left=left_by_it, fits=True)
+    return None if by_width else step
+
+
 def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measured]:
     """The model with a suspect added, and what it leaves of the capture."""
     added = around(found.base, setting.scenery, (*model.effects, found.effect))
     return added, measured(added, setting.seen)
 
 
-def _alone(setting: Setting, model: Fit) -> tuple[Fit, Measured]:
-    """The model with the last of its effects alone, calibrated anew, and what it leaves."""
-    last = model.effects[-1]
+def _alone(setting: Setting, step: _Step) -> _Step:
+    """The same with the last of its effects alone, calibrated anew."""
+    last = step.model.effects[-1]
     fit_half, _ = halves(setting.seen)
     base, effects = refine(
-        model.base, fit_half, setting.scenery, (last,), steps=ANEW_STEPS, tuned=last.name
+        step.model.base, fit_half, setting.scenery, (last,), steps=ANEW_STEPS, tuned=last.name
     )
-    alone = around(base, setting.scenery, effects)
-    return alone, measured(alone, setting.seen)
+    model = around(base, setting.scenery, effects)
+    left = measured(model, setting.seen)
+    fits = left.whole.p_value >= SIGNIFICANCE
+    return _Step(choice=step.choice, model=model, left=left, fits=fits)
 
 
 def _no_worse(alone: Measured, both_of_them: Measured) -> bool:
@@ -177,11 +208,6 @@ MOST_RIVALS = 2
 
 NEARLY_CLOSED = 1e-3
 """What a rival may leave where the best leaves something beyond doubt."""
-
-
-def _enough_for(best: Measured) -> float:
-    """Chance that a rival must leave to take the place of the best."""
-    return NEARLY_CLOSED if best.whole.p_value < CERTAIN else SIGNIFICANCE
 
 
 def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
