@@ -38,7 +38,7 @@ TABLE = np.array(
 """Steps of luminance, rows of vertical frequency: ITU-T T.81, table K.1."""
 
 BLOCK = 8
-MOST_BLOCKS = 1500
+MOST_BLOCKS = 800
 """Of a shot; taken at equal distances from all of it."""
 
 ABOVE_ZERO = 0.6
