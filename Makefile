@@ -57,7 +57,7 @@ CASES ?= null=14 own=14 pair=4 left-out=6 decoy=4 put-back=6 others=10 strange=1
 
 withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/withheld.md (goes on)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[withheld]'
-	test -d $(SET) || $(BIN)/camtruth blind make --set withheld --seed $(SEED) \
+	test -d $(SET) || $(BIN)/camtruth blind make --set $(notdir $(SET)) --out $(SET) --seed $(SEED) \
 	  $(addprefix --cases ,$(CASES)) --resume
 	test -d $(SET).histogram || $(BIN)/camtruth blind solve $(SET) --solver histogram --resume
 	test -d $(SET).refit-free || $(BIN)/camtruth blind solve $(SET) --solver refit-free --resume
