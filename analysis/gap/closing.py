@@ -26,7 +26,7 @@ CERTAIN = 1e-20
 
 LEAST_OF_A_FAMILY = 0.3
 """Part of the gap of such a family that a model closes if it has the cause: right effects of other
-people's code close 0.5 of each or more, and wrong ones that close a total leave some as it was."""
+people's code close 0.5 of each or more, most wrong ones that close a total leave one as it was."""
 
 
 def closed(before: float, after: float, floor: float = 0.0) -> float:

@@ -36,22 +36,25 @@ LEAST_PATCH_PX = 4.0
 """A patch that is smaller than this shows in less than one block."""
 
 
+def hints_of_frames(setting: Setting) -> Hints:
+    """Where searches for a period should begin, whatever the model."""
+    stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
+    hints = {"period_px": period_px(stacks, setting.scenery.view.lattices)}
+    mains = mains_hz(stacks)
+    return hints if mains is None else hints | {"mains_hz": mains}
+
+
 def hints_of(setting: Setting, case: Case) -> Hints:
-    """Where searches for a period and a place should begin."""
+    """Where the search for a place should begin: by what a model leaves of the picture."""
     space = case.fitting.turned.space
     count, size = len(space.keys), int(np.prod(space.shape))
     image = case.fit_left[count : count + size].reshape(space.shape)
     patch = brightest(image, setting.seen.grid)
-    stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
-    period = period_px(stacks, setting.scenery.view.lattices)
-    hints = {
+    return {
         "across": patch.across,
         "below": patch.below,
         "sigma_px": max(LEAST_PATCH_PX, patch.sigma * setting.scenery.body.height),
-        "period_px": period,
     }
-    mains = mains_hz(stacks)
-    return hints if mains is None else hints | {"mains_hz": mains}
 
 
 MOST_EFFECTS = 3
@@ -84,7 +87,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     first: list[Candidate] = []
     chances: list[float] = []
     shown: list[Signature] = []
-    begin = unbent(setting)
+    begin, of_frames = unbent(setting), hints_of_frames(setting)
 
     def tell(name: str) -> None:
         watch(f"suspect {name}")
@@ -96,7 +99,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         # what an effect does hardly depends on what else the camera has, but hints do
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
-        shown += shows(now.case, again, hints, setting.told, tell)
+        shown += shows(now.case, again, {**of_frames, **hints}, setting.told, tell)
         candidates = attribute(now.case, shown, tell, told=setting.told, begin=begin)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
@@ -119,7 +122,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         choices.append(step.choice)
         closed = step.left.held.total < LITTLE * distances[0].held.total
         everywhere = closed and not untouched(distances[0], step.left)
-        if step.fits or everywhere or len(choices) == MOST_EFFECTS:
+        if step.ends or everywhere or len(choices) == MOST_EFFECTS:
             chances.append(step.left.whole.p_value)
             break
     return Trail(
@@ -134,12 +137,14 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Step:
-    """An effect that was added: what is said of it, the model with it, and what that leaves."""
+    """An effect that was added: what is said of it, the model with it, and what that leaves;
+    `ends` where nothing more is to be added.
+    """
 
     choice: Choice
     model: Fit
     left: Measured
-    fits: bool
+    ends: bool
 
 
 def _confirmed(
@@ -161,7 +166,7 @@ def _confirmed(
         return None
     fits = left.whole.p_value >= SIGNIFICANCE
     named = choose(candidates, fits) or choice
-    step = _Step(choice=named, model=added, left=left, fits=fits)
+    step = _Step(choice=named, model=added, left=left, ends=fits)
     if later or (fits and not by_width):
         return step
     # where the best is wrong beyond doubt, a rival may leave a little
@@ -171,7 +176,7 @@ def _confirmed(
         instead, left_by_it = _with_it(setting, model, other)
         closes = left_by_it.whole.p_value >= enough and left_by_it.held.total > TOO_WIDE
         if closes and accounts(other, now):
-            return _Step(choice=named.instead(other), model=instead, left=left_by_it, fits=True)
+            return _Step(choice=named.instead(other), model=instead, left=left_by_it, ends=True)
     return None if by_width else step
 
 
@@ -191,7 +196,7 @@ def _alone(setting: Setting, step: _Step) -> _Step:
     model = around(base, setting.scenery, effects)
     left = measured(model, setting.seen)
     fits = left.whole.p_value >= SIGNIFICANCE
-    return _Step(choice=step.choice, model=model, left=left, fits=fits)
+    return _Step(choice=step.choice, model=model, left=left, ends=fits)
 
 
 def _no_worse(alone: Measured, both_of_them: Measured) -> bool:

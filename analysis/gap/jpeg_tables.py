@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from analysis.gap.calibrate import ROUNDING_DN2
+
 Floats = NDArray[np.float64]
 
 LUMA = np.array([0.299, 0.587, 0.114])
@@ -53,9 +55,6 @@ FIRST_TOOTH = 0.2
 """Part of these that are one step from zero, or more: small coefficients are the most frequent. Of
 a part of the true step there are none."""
 
-ROUNDING_DN2 = 1 / 12
-"""Noise of coefficients from pixels of one channel; three of them have less of it."""
-
 AGREES = 0.6
 """Part of the mean cosine behind rounding from which frames have been compressed. For steps of 1,
 which most coefficients pass, it is 0.12; for larger ones 0.4 and more, where the mean over five
@@ -87,6 +86,7 @@ def quality(stacks: Sequence[NDArray[Any]]) -> int | None:
         if told.sum() < LEAST_FREQUENCIES:
             break
         agree = (np.cos(2 * np.pi * size) * counted).sum(axis=0)[told] / count[told]
+        # coefficients have the noise of pixels; of three channels they have less
         behind = np.exp(-2 * np.pi**2 * ROUNDING_DN2 / np.square(by[told]))
         first = (counted & (size < 1 + ABOVE_ZERO)).sum(axis=0)[told] / count[told]
         clear = float(agree.mean())

@@ -141,13 +141,13 @@ def anew(
         return found if shown is None else candidate(case, shown, fitted, found.absorbed)
 
     base = start or base
-    best_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
-    ways = [(best_counted, effect)]
+    as_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
+    ways = [(as_counted, effect)]
     if known.scenery.body.pixels == "rgb8":
         # far from the camera its arithmetic cannot be seen, so both ways are gone
-        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {best_counted.arithmetic}
+        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}
         ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
-    ways += [(best_counted, other) for other in _choices(effect)]
+    ways += [(as_counted, other) for other in _choices(effect)]
     best = found
     for way in ways:
         if best is found or best.misfit > MISFIT:
