@@ -84,6 +84,10 @@ class Parameter:
     whole: bool = False
     starts: tuple[float, ...] = ()
 
+    def clipped(self, value: float) -> float:
+        """The value of the range that is nearest."""
+        return min(max(float(value), self.minimum), self.maximum)
+
 
 def parameter(
     default: float,

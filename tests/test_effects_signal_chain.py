@@ -16,7 +16,7 @@ from foundation.backend import backend
 from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effect import Effect
-from sensor.effects.adc_dnl import AdcDnl, converter
+from sensor.effects.adc_dnl import AdcDnl, weighed, widths
 from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.black_level_offset import BlackLevelOffset
@@ -286,11 +286,29 @@ def test_adc_dnl_of_the_major_carry_has_the_stated_spread() -> None:
     rng, mismatch, bodies = np.random.default_rng(2), 0.005, 4000
     middle = []
     for _ in range(bodies):
-        weights, widths = converter(rng.standard_normal(8).astype(np.float32), mismatch)
-        assert weights.sum() == pytest.approx(255)
-        middle.append(widths[127] - 1)
+        begins = weighed(rng.standard_normal(8).astype(np.float32), mismatch)
+        assert begins[-1] == pytest.approx(255)
+        middle.append(widths(begins)[127] - 1)
     expected = mismatch**2 * 255
     assert_agree(np.var(middle), expected, variance_error(expected, bodies))
+
+
+def test_thresholds_that_err_by_themselves_borrow_from_the_next_code() -> None:
+    """What one code gains its neighbours lose: widths have the correlation -1/2, no comb has."""
+    samples, sigma = 512, 0.1
+    ramp = (np.arange(256 * samples) + 0.5) / samples - 0.5
+
+    def of_next(effect: AdcDnl) -> tuple[float, float]:
+        codes = np.round(applied(effect, ramp.reshape(1, 256, samples))).astype(int).ravel()
+        dnl = np.bincount(codes, minlength=256)[1:255] / samples - 1
+        return float(dnl.var()), float((dnl[1:] * dnl[:-1]).mean() / dnl.var())
+
+    variance, correlation = of_next(AdcDnl(unit_mismatch=0.0, threshold_sigma_dn=sigma))
+    # moments of a moving average of normal numbers: 1.5 and 1 times those of independent ones
+    assert_agree(variance, 2 * sigma**2, math.sqrt(1.5) * variance_error(2 * sigma**2, 254))
+    assert_agree(correlation, -0.5, 1 / math.sqrt(254))
+    _, of_a_comb = of_next(AdcDnl(unit_mismatch=0.02))
+    assert abs(of_a_comb + 0.5) > 3 / math.sqrt(254)
 
 
 def test_bit_truncation_leaves_every_eighth_code() -> None:
@@ -520,6 +538,21 @@ def test_chroma_subsampling_shares_colour_in_groups(mode: int, group: int) -> No
     # luma is rounded once, and once in every colour
     error = np.abs(real @ luma - before @ luma)
     assert error.max() <= 1.0 + 1e-4
+
+
+def test_colour_in_fractions_leaves_luma_to_the_last_rounding() -> None:
+    """Only what goes out is rounded; whole codes on the way round luma once more."""
+
+    def spread(effect: ChromaSubsampling) -> float:
+        luma = np.array([0.299, 0.587, 0.114])
+        return float((applied(effect, before) @ luma - before @ luma).var())
+
+    # not whole codes: colours would be rounded alike
+    before = noise_on(128.0, 12.0, 16, 32, 64, 3)
+    expected = (0.299**2 + 0.587**2 + 0.114**2) / 12
+    error = variance_error(expected, before[..., 0].size)
+    assert_agree(spread(ChromaSubsampling(mode=1, whole_codes=0)), expected, error)
+    assert spread(ChromaSubsampling(mode=1)) > 2 * expected
 
 
 def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:

@@ -16,17 +16,20 @@ from sensor.stream import Stream
 
 @dataclass(frozen=True, kw_only=True)
 class AdcDnl(Effect):
-    """The converter weighs the signal with bits that are not exact powers of two.
+    """Codes are not equally wide: by kind of converter, in another way.
 
-        w_i = 2^i + u sqrt(2^i) n_i,    scaled so that the top code stays where it is
-        code c begins at T(c) = sum of w_i over its bits;    DN' = c - 1/2 + (DN - T(c)) / width(c)
+        weighed     w_i = 2^i + u sqrt(2^i) n_i, scaled so that the top code stays where it is
+                    code c begins at T(c) = sum of w_i over its bits
+        compared    T(c) = c + t n_c, in order
+        DN' = c - 1/2 + (DN + 1/2 - T(c)) / width(c)
 
-    Bit i is made of 2^i unit elements that match to u; n_i is standard normal, drawn once for the
-    camera body. Input is weighed from the heaviest bit down, as a successive-approximation or
-    pipeline converter does. Codes with equally many trailing zeros are off by the same amount, the
-    middle one by a standard deviation of u sqrt(2^bits - 1) codes: a comb that code widths which
-    err independently do not have. The curve is applied before rounding, so that nothing is rounded
-    twice.
+    A successive-approximation or pipeline converter weighs its input with bits, from the heaviest
+    down; bit i is made of 2^i unit elements that match to u. Codes with equally many trailing zeros
+    are off by the same amount, the middle one by a standard deviation of u sqrt(2^bits - 1) codes:
+    a comb. A flash converter compares it with one voltage for each code, each off by itself by t
+    codes: widths spread by t sqrt(2), and neighbouring widths have the correlation -1/2. n are
+    standard normal, drawn once for the camera body. The curve is applied before rounding, so that
+    nothing is rounded twice.
     """
 
     name: ClassVar[str] = "adc_dnl"
@@ -46,31 +49,43 @@ class AdcDnl(Effect):
         doc="relative standard deviation of a unit element; 0.03 is half a code at 8 bits",
     )
 
+    threshold_sigma_dn: float = parameter(
+        0.0,
+        unit="DN",
+        minimum=0.0,
+        maximum=2.0,
+        identity=0.0,
+        doc="standard deviation of where each code begins, of a flash converter",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        if self.unit_mismatch == 0:
+        if self.unit_mismatch == 0 and self.threshold_sigma_dn == 0:
             return signal.replace(signal.value)
         bits = signal.format.bits
-        draws = np.asarray(stream.body.normal(bits).numpy()).ravel()
-        weights, widths = converter(draws, self.unit_mismatch)
-        tensor = signal.backend.tensor
-        place = tensor(weights)
-        rest, code = signal.value + 0.5, signal.value * 0.0
+        weighing = np.asarray(stream.body.normal(bits).numpy()).ravel()
+        begins = weighed(weighing, self.unit_mismatch)
+        if self.threshold_sigma_dn > 0:
+            own = np.asarray(stream.body.normal(1 << bits, use="thresholds").numpy()).ravel()
+            begins = compared(begins, own, self.threshold_sigma_dn)
+        tensor, flat = signal.backend.tensor, type(signal.value.array)
+        table, width = tensor(begins).array, tensor(widths(begins)).array
+        index = dr.uint32_array_t(flat)
+        place = signal.value.array + 0.5
+        code = dr.zeros(index, dr.width(place))
         for bit in reversed(range(bits)):
-            on = rest >= place[bit]
-            rest = dr.select(on, rest - place[bit], rest)
-            code = dr.select(on, code + float(1 << bit), code)
-        index = dr.uint32_array_t(type(code.array))(code.array)
-        width = type(code)(dr.gather(type(code.array), tensor(widths).array, index), code.shape)
-        return signal.replace(code - 0.5 + rest / dr.select(rest < 0, 1.0, width))
+            trial = code + (1 << bit)
+            code = dr.select(place >= dr.gather(flat, table, trial), trial, code)
+        rest = place - dr.gather(flat, table, code)
+        part = rest / dr.select(rest < 0, 1.0, dr.gather(flat, width, code))
+        return signal.replace(type(signal.value)(flat(code) - 0.5 + part, signal.value.shape))
 
 
-def converter(
-    draws: NDArray[np.float32], mismatch: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Weights of the bits, lightest first, and widths of the codes, both in nominal codes.
+def weighed(draws: NDArray[np.float32], mismatch: float) -> NDArray[np.float64]:
+    """Where each code of a converter that weighs begins, in nominal codes.
 
-    Where the weights are not monotonic, codes go missing: the input of a code ends where any
-    higher one begins. A missing code has width 1, which nothing uses.
+    Args:
+        draws: standard normal, of each bit, lightest first.
+        mismatch: of a unit element.
     """
     nominal = 2.0 ** np.arange(len(draws))
     weights = nominal + mismatch * np.sqrt(nominal) * draws
@@ -78,6 +93,22 @@ def converter(
     begins = np.zeros(1)
     for weight in weights:
         begins = np.concatenate([begins, begins + weight])
+    return begins
+
+
+def compared(
+    begins: NDArray[np.float64], draws: NDArray[np.float32], sigma_dn: float
+) -> NDArray[np.float64]:
+    """The same with each beginning off by itself; a flash converter counts those that are below."""
+    return np.append(begins[:1], np.sort(begins[1:] + sigma_dn * draws[1:]))
+
+
+def widths(begins: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Widths of the codes in nominal codes.
+
+    Where bits are not monotonic, codes go missing: the input of a code ends where any higher one
+    begins. A missing code has width 1, which nothing uses.
+    """
     next_above = np.minimum.accumulate(begins[::-1])[::-1]
-    widths = np.append(next_above[1:] - begins[:-1], 1.0)
-    return weights, np.where(widths > 0, widths, 1.0)
+    found = np.append(next_above[1:] - begins[:-1], 1.0)
+    return np.where(found > 0, found, 1.0)

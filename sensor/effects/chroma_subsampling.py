@@ -23,7 +23,8 @@ class ChromaSubsampling(Effect):
         U = round(mean of (B - Y)/1.772),  V = round(mean of (R - Y)/1.402)    over the group
         R' = Y + 1.402 V,  B' = Y + 1.772 U,  G' = Y - (0.299 1.402 V + 0.114 1.772 U)/0.587
 
-    All in whole codes of the full range, as video modes of IIDC carry them. Colour differences are
+    All in whole codes of the full range, as video modes of IIDC carry them, or in fractions of
+    codes, as programs do that keep floats to the end. Colour differences are
     equal in a group but for rounding and differ between groups; their noise variance is 1/n of
     what it was if the pixels were independent. A blur of the colours has no groups.
     """
@@ -44,6 +45,15 @@ class ChromaSubsampling(Effect):
         identity=0.0,
         whole=True,
         doc="0 carries RGB, 1 is 4:2:2 (2 pixels share a colour), 2 is 4:1:1 (4 pixels)",
+    )
+    whole_codes: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(1.0, 0.0),
+        doc="1 carries Y, U and V as whole codes, 0 as fractions: a program that counts in floats",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -81,9 +91,13 @@ class ChromaSubsampling(Effect):
         (red, green, blue), (far_red, far_green, far_blue) = pixel, mean
         grey = RED * far_red + GREEN * far_green + BLUE * far_blue
         top, half = float(signal.format.top_dn), float(2 ** (signal.format.bits - 1))
-        u = dr.clip(dr.round((far_blue - grey) / (2 * (1 - BLUE))), -half, half - 1)
-        v = dr.clip(dr.round((far_red - grey) / (2 * (1 - RED))), -half, half - 1)
-        y = dr.round(RED * red + GREEN * green + BLUE * blue)
+
+        def code(value: Any) -> Any:
+            return dr.round(value) if self.whole_codes else value
+
+        u = dr.clip(code((far_blue - grey) / (2 * (1 - BLUE))), -half, half - 1)
+        v = dr.clip(code((far_red - grey) / (2 * (1 - RED))), -half, half - 1)
+        y = code(RED * red + GREEN * green + BLUE * blue)
         to_blue, to_red = 2 * (1 - BLUE) * u, 2 * (1 - RED) * v
         planes = [y + to_red, y - (RED * to_red + BLUE * to_blue) / GREEN, y + to_blue]
         return [dr.clip(dr.round(plane), 0.0, top) for plane in planes]
