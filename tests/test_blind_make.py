@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from camtruth.blind import baselines, making
 from camtruth.blind.answering import Solver, checked, diagnose, solve
@@ -15,9 +16,10 @@ from camtruth.blind.design import BRIGHT, FILLED, design
 from camtruth.blind.errors import BlindError
 from camtruth.blind.format import CASES, NOMINAL, TRUTH, beside, open_seal, read_set
 from camtruth.blind.making import make
-from camtruth.blind.ruler import Ruler
+from camtruth.blind.ruler import Ruler, battery, make_ruler
 from camtruth.blind.severity import at_strength
 from camtruth.blind.splitting import split
+from camtruth.blind.unsure import Rates
 from foundation.output import CHECKSUMS, sha256
 from foundation.verification import verify
 from render.closed_form import render
@@ -27,7 +29,9 @@ from sensor import camera_file, protocol
 from sensor.camera import Camera
 from sensor.capture_folder import read_capture
 from sensor.catalogue import catalogue
+from sensor.effects.row_noise import RowNoise
 from sensor.protocol import Protocol, Shot
+from sensor.record import record
 from tests.conftest import Run, Small
 from tests.killing import begun, kill_once
 
@@ -284,6 +288,39 @@ def test_severity_is_the_power_of_a_linear_test() -> None:
     taken = Ruler(sd=np.ones(3), known=np.eye(3)[:1], nulls=ruler.nulls)
     assert taken.absorbed(s) == pytest.approx(9 / 25)
     assert taken.severity(np.array([1.0, 0, 0]), np.array([2.0, 0, 0])) == 0.0
+
+
+def test_what_nobody_knows_of_a_scene_is_no_severity() -> None:
+    """A panel that reflects more, a lamp that shades otherwise, a picture that lies elsewhere: the
+    ruler takes nearly all of each for calibration, and leaves much of row noise."""
+    camera = bases()["icx098"]
+    rates = {name: image.rate_e_per_s for name, image in light().items()}
+    shots = (
+        Shot(label="dark", exposure_s=0.02, frames=8),
+        Shot(label="dim", light=("incandescent",), level=(0.4,), exposure_s=0.02, frames=8),
+        Shot(label="bright", light=("incandescent",), level=(1.0,), exposure_s=0.02, frames=8),
+    )
+    asked = Protocol(name="short", shot=shots)
+    ruler = make_ruler(camera, asked, rates, 50, nulls=4)
+
+    def absorbed(other: Camera, others: Rates) -> float:
+        one, two = (
+            battery(record(body.with_body(9), asked, seen, seed=9))
+            for body, seen in ((camera, rates), (other, others))
+        )
+        return ruler.absorbed(two - one)
+
+    panel = np.ones((HEIGHT, WIDTH, 1), dtype=np.float32)
+    panel[12:24, 22:32] = 1.03
+    shading = np.linspace(0.97, 1.03, WIDTH, dtype=np.float32)[:, None]
+    elsewhere = {
+        name: ndimage.shift(rate, (0.0, 0.3, 0.0), order=1, mode="nearest")
+        for name, rate in rates.items()
+    }
+    for other in (panel, shading):
+        assert absorbed(camera, {name: rate * other for name, rate in rates.items()}) > 0.8
+    assert absorbed(camera, elsewhere) > 0.8
+    assert absorbed(camera.plus(RowNoise(sigma_e=40.0)), rates) < 0.7
 
 
 def test_a_pattern_of_the_body_has_the_severity_of_its_size() -> None:

@@ -2,8 +2,9 @@
 
 A diagnosis must not grade its own examination, so this is a battery of plain figures of its own:
 block means, variances, neighbours, rows and columns, codes. The effect's signature s is by how much
-it moves them (same random numbers, with and without it); what a small change of the base camera
-and of the lamps can imitate is projected out. Along w = s / sd^2 nulls of other bodies scatter with
+it moves them (same random numbers, with and without it); what a small change of the base camera,
+of the lamps and of a scene that is not quite as it was measured can imitate is projected out. Along
+w = s / sd^2 nulls of other bodies scatter with
 the standard deviation sigma, whatever the figures' correlations are, so the best a linear test of
 known direction can do is
 
@@ -22,13 +23,14 @@ Severity is the larger z / 5: an effect at its detection limit stands 5 standard
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camtruth.blind.unsure import Rates, unsure
 from sensor.camera import Camera
 from sensor.colours import Colours
 from sensor.effect import Effect
@@ -41,7 +43,6 @@ from sensor.protocol import Protocol
 from sensor.record import record
 
 Floats = NDArray[np.float64]
-Rates = Mapping[str, NDArray[np.float32]]
 
 LIMIT_Z = 5.0
 NULLS = 12
@@ -162,7 +163,7 @@ def make_ruler(
     nulls: int = NULLS,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Ruler:
-    """A ruler for cameras like this one; some thirty captures.
+    """A ruler for cameras like this one; some hundred and twenty captures.
 
     Args:
         camera: a typical one.
@@ -190,7 +191,7 @@ def make_ruler(
 
 
 def nudged(camera: Camera, rates: Rates) -> list[tuple[Camera, Rates]]:
-    """The camera with each base figure a little off, and the light of each lamp and colour."""
+    """The camera with each base figure a little off, and the light with what nobody knows of it."""
     one = 1 + STEP
     out: list[tuple[Camera, Rates]] = []
     for channel in "RGB":
@@ -208,6 +209,7 @@ def nudged(camera: Camera, rates: Rates) -> list[tuple[Camera, Rates]]:
             gel = np.ones(3, dtype=np.float32)
             gel[k] = one
             out.append((camera, {**rates, lamp: rates[lamp] * gel}))
+    out += [(camera, light) for light in unsure(rates, STEP)]
     return out
 
 

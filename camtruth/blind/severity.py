@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from camtruth.blind.foreign.outsider import Outsider
-from camtruth.blind.ruler import Floats, Rates, Ruler, battery
+from camtruth.blind.ruler import Floats, Ruler, battery
+from camtruth.blind.unsure import Rates
 from camtruth.blind.worn import wear
 from sensor.camera import Camera
 from sensor.effect import Effect, Parameter
@@ -50,7 +51,7 @@ def own_effect(kind: type[Effect], rng: np.random.Generator) -> Effect:
             values[p.name] = float(rng.choice(p.starts))
         elif p.identity is None and not p.whole and p.default > 0 and p.unit in ("px", "s", "rows"):
             factor = float(np.exp(rng.uniform(-0.3, 0.3)))
-            values[p.name] = float(np.clip(p.default * factor, p.minimum, p.maximum))
+            values[p.name] = p.clipped(p.default * factor)
     return kind(**values)
 
 
@@ -81,7 +82,7 @@ def _moved(p: Parameter, start: float, value: float, factor: float) -> float:
         moved = moved + 1 if moved == start == p.minimum else moved
     elif p.whole:
         moved = value
-    return float(np.clip(moved, p.minimum, p.maximum))
+    return p.clipped(moved)
 
 
 class Probe:
