@@ -12,9 +12,9 @@ from scipy import ndimage
 
 from analysis.gap import jpeg_tables
 from analysis.gap.comb import exponent, histograms, white_balance
-from analysis.gap.hints import brightest, empty_bits, mains_hz
+from analysis.gap.hints import brightest, dwell_s, empty_bits, mains_hz
 from analysis.gap.lattices import Lattice
-from analysis.gap.nuisance import free_parameters, step_of
+from analysis.gap.nuisance import Handle, free_parameters, handles_of, moved, step_from
 from analysis.gap.repeats import fresh, repeats
 from analysis.gap.suspects import scaled, starts
 from sensor.colours import Colours
@@ -79,6 +79,26 @@ def test_bits_that_were_never_counted_in(bits: int) -> None:
     dn = (picture() // 2**bits * 2**bits).astype(np.uint8)
     stack = Frames(dn=dn, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
     assert empty_bits([stack], SITES) == bits
+
+
+def test_the_dwell_time_of_traps_is_read_from_the_noisiest_pixels() -> None:
+    """Of two levels that last equally long, among noise and in noise alone."""
+    rng, dwell, interval = np.random.default_rng(8), 0.2, 0.05
+    noise = rng.normal(0, 2, (40, 96, 128, 3))
+    # looked at after each interval, a chain of two levels has changed an odd number of times
+    jumps = rng.random((40, 400)) < 0.5 * (1 - np.exp(-2 * interval / dwell))
+    traps = 20 * (np.cumsum(jumps, axis=0) % 2)
+    down, across = rng.integers(0, 96, 400), rng.integers(0, 128, 400)
+    trapped = noise.copy()
+    trapped[:, down, across] += traps[..., None]
+
+    def told(frames: np.ndarray) -> float | None:
+        shot = Shot(label="dark", exposure_s=0.01, frames=40, interval_s=interval)
+        dn = np.clip(np.round(50 + frames), 0, TOP_DN).astype(np.uint8)
+        return dwell_s([Frames(dn=dn, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")], SITES)
+
+    assert told(trapped) == pytest.approx(dwell, rel=0.3)
+    assert told(noise) is None
 
 
 def compressed(codes: np.ndarray, quality: int) -> np.ndarray:
@@ -163,9 +183,22 @@ def test_a_step_of_a_parameter_stays_in_its_range() -> None:
         glare = SpecularGlare(across=across)
         for p in free_parameters(glare):
             for times in (1.0, 3.0):
-                by = step_of(glare, p, times)
+                by = step_from(getattr(glare, p.name), p, times)
                 assert by != 0
                 dataclasses.replace(glare, **{p.name: getattr(glare, p.name) + by})
+
+
+def test_a_strength_by_colour_is_turned_colour_by_colour() -> None:
+    light = AmbientLight(rate_e_per_s=Colours(R=100.0, G=50.0, B=0.0), share_in_dark=1.0)
+    rate = next(p for p in light.parameters() if p.name == "rate_e_per_s")
+    red, green = handles_of(light, rate, ("R", "G", "B"))
+    assert (red.channel, green.channel) == (0, 1)  # blue is off
+    turned = moved(light, {red: 10.0, green: -80.0})
+    assert turned == dataclasses.replace(light, rate_e_per_s=Colours(R=110.0, G=0.0, B=0.0))
+    assert handles_of(light, rate, ("Y",)) == []
+    share = next(p for p in light.parameters() if p.name == "share_in_dark")
+    whole = Handle(effect="ambient_light", parameter="share_in_dark")
+    assert handles_of(light, share, ("R", "G", "B")) == [whole]
 
 
 def test_a_strength_that_may_differ_by_colour_is_sought_in_each() -> None:

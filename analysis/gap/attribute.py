@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
-from analysis.gap.base import Base
 from analysis.gap.case import Candidate, Case, candidate
 from analysis.gap.fit import SEEDS
-from analysis.gap.hints import Hints
+from analysis.gap.hints import Hints, Told
+from analysis.gap.likelihood import judged
 from analysis.gap.observe import Observation
 from analysis.gap.pursue import FINAL_SEEDS, MISFIT, anew, pursue
 from analysis.gap.suspects import (
@@ -43,11 +44,14 @@ WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
 
 
+NOTHING_TOLD: Mapping[str, Told] = MappingProxyType({})
+
+
 def shows(
     case: Case,
     kinds: Iterable[type[Effect]],
     hints: Hints,
-    told: Mapping[str, Hints],
+    told: Mapping[str, Told],
     watch: Callable[[str], None] = lambda name: None,
 ) -> list[Signature]:
     """How every suspect would show at every strength and shape from which a search begins.
@@ -64,7 +68,7 @@ def shows(
     for kind in kinds:
         watch(kind.name)
         hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
-        hinted |= told.get(kind.name, {})
+        hinted |= told[kind.name].hints if kind.name in told else {}
         for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
             shown = _shown(case, effect, references)
             if shown is not None:
@@ -77,8 +81,7 @@ def attribute(
     shown: Iterable[Signature],
     watch: Callable[[str], None] = lambda name: None,
     *,
-    told: Container[str] = (),
-    begin: Mapping[str, Base] | None = None,
+    told: Mapping[str, Told] = NOTHING_TOLD,
 ) -> list[Candidate]:
     """Every suspect that these frames may show, best first.
 
@@ -86,7 +89,6 @@ def attribute(
         case: the capture.
         shown: how the suspects show, here or at a model near this one; see `shows`.
         told: suspects of which the frames tell parameters: they are followed in any case.
-        begin: where the camera begins with some of these, by name.
         watch: told whose turn it is.
     """
     references = _references(case, SEEDS)
@@ -108,9 +110,8 @@ def attribute(
     for found in finalists:
         watch(found.name)
         if found in evident:
-            start = (begin or {}).get(found.name)
-            as_it_is = _as_it_is(case, found)
-            candidates.append(anew(case, as_it_is, found.effect, many, start=start, tuned=False))
+            as_it_is, start = _as_it_is(case, found), told[found.name]
+            candidates.append(anew(case, as_it_is, found.effect, many, start))
             continue
         pursued = pursue(case, found, many)
         # the strongest effect is the first, and calibration has known it since
@@ -118,10 +119,18 @@ def attribute(
         if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
             pursued = anew(case, pursued, found.effect, many)
         candidates.append(pursued)
+    candidates = _by_likelihood(case, candidates)
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
     unique = {c.name: c for c in reversed(candidates)}
     return sorted(unique.values(), key=lambda c: -c.score)
+
+
+def _by_likelihood(case: Case, followed: list[Candidate]) -> list[Candidate]:
+    """The same, those that are rivals by their score told apart by their likelihood."""
+    least = NEAR * max((c.score for c in followed), default=0.0)
+    rivals = [c for c in followed if c.score > max(least, 0.0)]
+    return [*judged(case, rivals), *(c for c in followed if c not in rivals)]
 
 
 def _references(case: Case, seeds: Iterable[int]) -> dict[int, Observation]:

@@ -154,6 +154,32 @@ class Darks:
         )
 
 
+def darks_of(seen: Observation, scenery: Scenery, black_dn: float) -> Darks:
+    """What the darks of a capture show.
+
+    Args:
+        seen: the real capture.
+        scenery: its light and shots.
+        black_dn: black level, where there are none.
+    """
+    darks = [k for k, label in enumerate(seen.shots) if label not in seen.lit]
+    if not darks:
+        noise = max(float(seen.noise.min()) - ROUNDING_DN2, LEAST_READ_DN2)
+        return Darks.none(len(seen.channels), black_dn, max(0.05, 0.3 * noise))
+    return Darks.of(
+        _exposures(seen, scenery)[darks],
+        seen.means.mean(axis=(0, 3))[darks],
+        seen.noise[darks],
+        np.array(_figure(seen, "pattern", "pattern variance"))[darks],
+        scenery.view.top_dn,
+    )
+
+
+def _exposures(seen: Observation, scenery: Scenery) -> Floats:
+    by_label = {shot.label: shot.exposure_s for shot in scenery.shots}
+    return np.array([by_label[label] for label in seen.shots])
+
+
 def first_guess(
     seen: Observation,
     scenery: Scenery,
@@ -170,19 +196,13 @@ def first_guess(
         black_dn: black level.
         arithmetic: of the demosaicer.
     """
-    shots = {shot.label: shot for shot in scenery.shots}
-    exposure = np.array([shots[label].exposure_s for label in seen.shots])
+    dark = darks_of(seen, scenery, black_dn)
+    exposure = _exposures(seen, scenery)
     mean = seen.means.mean(axis=(0, 3))
-    darks = [k for k, label in enumerate(seen.shots) if shots[label].dark]
-    lit = [k for k, label in enumerate(seen.shots) if not shots[label].dark]
+    lit = [k for k, label in enumerate(seen.shots) if label in seen.lit]
     count = len(seen.channels)
     pattern = np.array(_figure(seen, "pattern", "pattern variance"))
     noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
-    dark = Darks.none(count, black_dn, max(0.05, 0.3 * float(noise.min())))
-    if darks:
-        dark = Darks.of(
-            exposure[darks], mean[darks], seen.noise[darks], pattern[darks], scenery.view.top_dn
-        )
     fpn = dark.fpn_dn2
     signal = np.maximum(mean - dark.mean_dn(exposure), 0.0)
     if nominal is not None:

@@ -26,7 +26,7 @@ class Case:
     Attributes:
         known: the model, calibrated.
         fitting, scoring: spaces of the frames that fit and of those that score.
-        fit_seen: what was seen of the frames that fit.
+        fit_seen, score_seen: what was seen of each.
         fit_gap: the capture's difference from the model, in the space of the frames that fit.
         fit_left, score_left: what calibration leaves of it in each space.
     """
@@ -35,6 +35,7 @@ class Case:
     fitting: Yardstick
     scoring: Yardstick
     fit_seen: Observation
+    score_seen: Observation
     fit_gap: Floats
     fit_left: Floats
     score_left: Floats
@@ -55,6 +56,7 @@ def case_of(known: Fit, spread: Spread, fit_seen: Observation, score_seen: Obser
         fitting=fitting,
         scoring=scoring,
         fit_seen=fit_seen,
+        score_seen=score_seen,
         fit_gap=gap,
         fit_left=fitting.turned.left(gap),
         score_left=scoring.turned.left(scoring.turned.space.of(score_seen)),

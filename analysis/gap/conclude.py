@@ -11,6 +11,7 @@ from analysis.gap.case import Candidate
 from analysis.gap.closing import closed, untouched
 from analysis.gap.fit import Fit
 from analysis.gap.measured import Measured
+from analysis.gap.nuisance import Handle
 from analysis.gap.places import places
 from analysis.gap.report import NO_GAP, Figure, Gap, GapReport, Named, Suspect
 from analysis.gap.setting import Setting
@@ -24,7 +25,7 @@ from analysis.gap.verdict import (
     probabilities,
     verdict,
 )
-from sensor.colours import Colours
+from sensor.colours import CHANNELS, Colours
 from sensor.effect import Parameter
 
 DOUBT = 0.45
@@ -156,14 +157,16 @@ def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
 
     def figure(p: Parameter) -> Figure:
         """After the last step of the fit, with a standard error where it was fitted."""
-        value = float(Colours.of(getattr(effect, p.name)).G)
-        key = (effect.name, p.name)
-        if key not in model.ways.tuned:
+        own = getattr(effect, p.name)
+        value = Colours.of(own).G
+        channel = CHANNELS.index("G") if isinstance(own, Colours) else None
+        handle = Handle(effect=effect.name, parameter=p.name, channel=channel)
+        if handle not in model.ways.tuned:
             return Figure(value=value, se=None, unit=p.unit)
-        place = len(model.ways.knobs) + model.ways.tuned.index(key)
+        place = len(model.ways.knobs) + model.ways.tuned.index(handle)
         if not (model.ways.figures[place].any() or model.ways.means[place].any()):
             return Figure(value=value, se=None, unit=p.unit)  # a small step of it changes nothing
-        moved = float(np.clip(value + after.amounts[place], p.minimum, p.maximum))
+        moved = p.clipped(value + after.amounts[place])
         return Figure(value=moved, se=float(after.errors[place]), unit=p.unit)
 
     return Named(

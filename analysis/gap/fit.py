@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.gap.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, RULES
 from analysis.gap.base import Base
 from analysis.gap.calibration import Calibration, calibration
-from analysis.gap.nuisance import Directions, directions, moved_twins
+from analysis.gap.nuisance import Directions, directions, moved, moved_twins
 from analysis.gap.observe import EVERY_SHOT, Key, Observation
 from analysis.gap.space import Space, figure_variances, space_of
 from analysis.gap.texture import FAMILY, texture
@@ -26,6 +26,11 @@ FIRST_SEED = 7_000_001
 
 SEEDS = (FIRST_SEED, FIRST_SEED + 1)
 """Of the twins that show what a change does."""
+
+
+def seeds_of(count: int) -> range:
+    """Random numbers of so many bodies."""
+    return range(FIRST_SEED, FIRST_SEED + count)
 
 
 def together(seen: Sequence[Observation]) -> Observation:
@@ -55,9 +60,7 @@ def with_keys(seen: Observation, keys: tuple[Key, ...]) -> Observation:
 
 def twins(scenery: Scenery, base: Base, count: int, effects: Sequence[Effect] = ()) -> Observation:
     """As many bodies of a camera, a group of frames each."""
-    return together(
-        [twin(scenery, base, effects=effects, seed=FIRST_SEED + k) for k in range(count)]
-    )
+    return together([twin(scenery, base, effects=effects, seed=s) for s in seeds_of(count)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -157,6 +160,12 @@ CLOSE = 0.1
 STUCK = 0.03
 """The same of one that does not, of which more steps may be worth their time."""
 
+STUCK_OF_EXCESS = 0.1
+"""The same of what chi-squared has beyond that: a misfit in few figures is little of the whole."""
+
+LEAST_FALL = 0.005
+"""Part of chi-squared that no step is worth, wherever it is."""
+
 PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
 
@@ -194,25 +203,54 @@ def refine(
     Returns:
         The base, and the effects.
     """
-    base, effects = start, tuple(effects)
-    ways = _directions(base, scenery, effects)
-    before, slow, at_directions = np.inf, 0, np.inf
-    for step in range(steps):
+
+    def at(base: Base, effects: tuple[Effect, ...]) -> _Point:
         space, gap = _gap(base, seen, scenery, effects)
-        chi2 = float(gap @ gap)
-        if step == 0:
-            at_directions = chi2
-        elif FITS * len(gap) < chi2 < A_LONG_WAY * at_directions:
-            ways, at_directions = _directions(base, scenery, effects), chi2
-        amounts = calibration(space, ways).amounts(gap)
-        base = turn(base, ways, amounts)
-        effects = tuple(tune(e, ways, amounts) if e.name == tuned else e for e in effects)
-        least = CLOSE if chi2 < FITS * len(gap) else STUCK
-        slow = slow + 1 if chi2 > (1 - least) * before else 0
-        before = chi2
-        if slow > (PATIENCE if chi2 > FAR * len(gap) else 0):
+        return _Point(base=base, effects=effects, space=space, gap=gap, chi2=float(gap @ gap))
+
+    def stepped(point: _Point) -> tuple[Base, tuple[Effect, ...]]:
+        amounts = calibration(point.space, ways).amounts(point.gap)
+        effects = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
+        return turn(point.base, ways, amounts), tuple(effects)
+
+    best = read_at = at(start, tuple(effects))
+    ways = _directions(best.base, scenery, best.effects)
+    slow = 0
+    for _ in range(steps - 1):
+        next_one = at(*stepped(best))
+        count, fall = len(next_one.gap), best.chi2 - next_one.chi2
+        if fall <= 0:
+            # uphill: these directions are not those of this place
+            if best is read_at or best.chi2 < (FITS + STUCK) * count:
+                return best.base, best.effects
+            ways, read_at = _directions(best.base, scenery, best.effects), best
+            continue
+        slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
+        best = next_one
+        if slow > (PATIENCE if best.chi2 > FAR * count else 0):
             break
-    return base, effects
+        if FITS * count < best.chi2 < A_LONG_WAY * read_at.chi2:
+            ways, read_at = _directions(best.base, scenery, best.effects), best
+    return stepped(best)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Point:
+    """A camera, and its difference from a capture."""
+
+    base: Base
+    effects: tuple[Effect, ...]
+    space: Space
+    gap: Floats
+    chi2: float
+
+
+def _least_fall(chi2: float, count: int) -> float:
+    """What a further step must take off chi-squared."""
+    excess = chi2 - FITS * count
+    if excess < 0:
+        return CLOSE * chi2
+    return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))
 
 
 def misfit(
@@ -284,14 +322,7 @@ def turn(base: Base, ways: Directions, amounts: Floats) -> Base:
 def tune(effect: Effect, ways: Directions, amounts: Floats) -> Effect:
     """An effect with its parameters moved, each inside its range."""
     moves = dict(zip(ways.tuned, map(float, amounts[len(ways.knobs) :]), strict=False))
-    values = {
-        p.name: float(
-            np.clip(getattr(effect, p.name) + moves[effect.name, p.name], p.minimum, p.maximum)
-        )
-        for p in effect.parameters()
-        if (effect.name, p.name) in moves
-    }
-    return dataclasses.replace(effect, **values)
+    return moved(effect, {h: by for h, by in moves.items() if h.effect == effect.name})
 
 
 TWINS = 16
@@ -302,11 +333,11 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     lit = lit_by_label(scenery)
     plain = twins(scenery, base, TWINS, effects)
     variances = figure_variances(plain, lit, scenery.light.known)
-    moved = moved_twins(base, scenery, SEEDS, effects)
-    plain_ways = directions(base, scenery, moved)
+    other = moved_twins(base, scenery, SEEDS, effects)
+    plain_ways = directions(base, scenery, other)
     picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
-    ways = directions(base, scenery, moved.seen_by(lambda one: with_texture(one, picture, scenery)))
+    ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))
     variances = figure_variances(bodies, lit, scenery.light.known)
     return Fit(
         base=base,

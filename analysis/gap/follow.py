@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -12,9 +13,10 @@ from analysis.gap.case import Candidate, Case
 from analysis.gap.closing import CERTAIN, TOO_WIDE, accounts, untouched
 from analysis.gap.conclude import Trail
 from analysis.gap.fit import Fit, around, refine
-from analysis.gap.hints import Hints, brightest, mains_hz, period_px
+from analysis.gap.hints import Hints, Told, brightest, dwell_s, mains_hz, period_px
 from analysis.gap.measured import Measured, measured
 from analysis.gap.pursue import ANEW_STEPS
+from analysis.gap.room import lit_room
 from analysis.gap.setting import Setting, halves
 from analysis.gap.suspects import Signature
 from analysis.gap.unbend import unbent
@@ -28,6 +30,8 @@ from analysis.gap.verdict import (
     p_of_best,
 )
 from sensor.effect import Effect
+from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.gamma import Gamma
 
 Watch = Callable[[str], None]
 
@@ -39,9 +43,20 @@ LEAST_PATCH_PX = 4.0
 def hints_of_frames(setting: Setting) -> Hints:
     """Where searches for a period should begin, whatever the model."""
     stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
-    hints = {"period_px": period_px(stacks, setting.scenery.view.lattices)}
-    mains = mains_hz(stacks)
-    return hints if mains is None else hints | {"mains_hz": mains}
+    lattices = setting.scenery.view.lattices
+    found = {"period_px": period_px(stacks, lattices), "mains_hz": mains_hz(stacks)}
+    found["dwell_up_s"] = found["dwell_down_s"] = dwell_s(stacks, lattices)
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def told_by(setting: Setting) -> dict[str, Told]:
+    """Suspects of which the frames tell parameters, and where the camera begins with each."""
+    told = dict(setting.told)
+    if curve := told.get(Gamma.name):
+        told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
+    if room := lit_room(setting):
+        told[AmbientLight.name] = room
+    return told
 
 
 def hints_of(setting: Setting, case: Case) -> Hints:
@@ -87,7 +102,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     first: list[Candidate] = []
     chances: list[float] = []
     shown: list[Signature] = []
-    begin, of_frames = unbent(setting), hints_of_frames(setting)
+    told, of_frames = told_by(setting), hints_of_frames(setting)
 
     def tell(name: str) -> None:
         watch(f"suspect {name}")
@@ -99,8 +114,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         # what an effect does hardly depends on what else the camera has, but hints do
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
-        shown += shows(now.case, again, {**of_frames, **hints}, setting.told, tell)
-        candidates = attribute(now.case, shown, tell, told=setting.told, begin=begin)
+        shown += shows(now.case, again, {**of_frames, **hints}, told, tell)
+        candidates = attribute(now.case, shown, tell, told=told)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None

@@ -9,16 +9,34 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
+from analysis.gap.base import Base
 from analysis.gap.lattices import Lattice
+from sensor.colours import Colours
 from sensor.frame_times import interval_of
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
 
-Hints = Mapping[str, float]
+Hints = Mapping[str, float | Colours]
 """Where a search for a parameter of that name should begin."""
 
-HINT_FRAMES = 8
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Told:
+    """A suspect of which the frames tell parameters, so that it is followed in any case.
+
+    Attributes:
+        hints: the parameters.
+        exact: whether they are told to the last digit: no fit is better.
+        base: where the camera begins with it, if that is better known than what fits without.
+    """
+
+    hints: Hints
+    exact: bool = True
+    base: Base | None = None
+
+
+HINT_FRAMES = 16
 
 
 def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
@@ -27,18 +45,52 @@ def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
     The spectrum is that of a whole frame in the order it is read, so that waves along the rows,
     waves across them and all between are one peak each.
     """
-    best, found = 0.0, 23.7
+    power: Floats | float = 0.0
     for stack in stacks:
         noise = _mosaic(stack, lattices)
-        series = noise.reshape(len(noise), -1)
-        power = np.square(np.abs(fft.rfft(series, axis=1))).mean(axis=0)
-        # drifts of whole frames are not waves, and nothing is faster than two pixels
-        low = 8
-        peak = low + int(np.argmax(power[low:]))
-        height = float(power[peak] / np.median(power[low:]))
-        if height > best:
-            best, found = height, series.shape[1] / _between(power, peak)
-    return max(found, 2.0)
+        pixels = noise[0].size
+        power = power + np.square(np.abs(fft.rfft(noise.reshape(-1, pixels)))).mean(axis=0)
+    power = np.atleast_1d(power)
+    # drifts of whole frames are not waves, and nothing is faster than two pixels
+    low = 8
+    peak = low + int(np.argmax(power[low:]))
+    return max(float(pixels / _between(power, peak)), 2.0)
+
+
+LOUD = 0.005
+"""Part of the pixels that are noisiest, of which the time constant is read."""
+
+
+def dwell_s(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float | None:
+    """Dwell time of a level of the noisiest pixels, if both are equally long; None of noise alone.
+
+    A trap's noise is correlated over k frames by exp(-k interval / tau), and tau is half of the
+    dwell time. Pixels are chosen by every other pair of frames and read in those between, so that
+    chance does not choose what it then reads; the noise of the typical pixel is taken off.
+    """
+    of_next = of_same = 0.0
+    for stack in stacks:
+        if not stack.shot.dark or stack.count < FEWEST_OF_A_DWELL:
+            continue
+        for lattice in lattices:
+            noise = lattice.of(stack.dn[:BEATS_FRAMES]).astype(np.float64)
+            noise = noise - noise.mean(axis=0)
+            pairs = noise[: len(noise) // 4 * 4].reshape(-1, 2, 2, *noise.shape[1:])
+            choosing, reading = pairs[:, 0], pairs[:, 1]
+            power = np.square(choosing).mean(axis=(0, 1))
+            loud = power > np.quantile(power, 1 - LOUD)
+            same = np.square(reading).mean(axis=(0, 1))
+            following = reading.prod(axis=1).mean(axis=0)
+            of_same += float((same[loud] - np.median(same)).sum())
+            of_next += float((following[loud] - np.median(following)).sum())
+            interval_s = interval_of(stack.shot)
+    if of_same <= 0 or not LEAST_CORRELATION < of_next / of_same < 1:
+        return None
+    return float(-2.0 * interval_s / np.log(of_next / of_same))
+
+
+FEWEST_OF_A_DWELL = 12
+LEAST_CORRELATION = 0.05
 
 
 MAINS_HZ = np.arange(45.0, 65.0, 0.02)

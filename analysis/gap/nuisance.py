@@ -8,8 +8,9 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from analysis.gap.light import lamp_of
 from analysis.gap.light_ways import FREE, light_ways
 from analysis.gap.observe import Observation
 from analysis.gap.twin import Scenery, twin
+from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
 Floats = NDArray[np.float64]
@@ -48,21 +50,35 @@ class Knob:
     step: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class Handle:
+    """A parameter of an effect that calibration turns.
+
+    Attributes:
+        effect, parameter: names.
+        channel: index, where the parameter is one of three by colour.
+    """
+
+    effect: str
+    parameter: str
+    channel: int | None = None
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Directions:
     """Directions as differences of figures and block means, before any units.
 
     Attributes:
         knobs: figures of the camera; they come first.
-        tuned: parameters of the effects that the camera has, by name of effect and parameter; they
-            come next, so that what is left is not what a better fit of these would take up.
+        tuned: parameters of the effects that the camera has; they come next, so that what is left
+            is not what a better fit of these would take up.
         figures: (directions, figures).
         means: (directions, shots, channels, blocks).
         prior: standard deviation of each; infinite where free.
     """
 
     knobs: tuple[Knob, ...]
-    tuned: tuple[tuple[str, str], ...]
+    tuned: tuple[Handle, ...]
     figures: Floats
     means: Floats
     prior: Floats
@@ -104,14 +120,14 @@ class Moved:
     Attributes:
         references: of the model, one for each set of random numbers.
         knobs: of the model with a knob turned in all channels, by name of the knob.
-        parameters: of the model with a parameter of an effect moved, by effect and parameter.
-        steps: by how much the parameters were moved.
+        parameters: of the model with a parameter of an effect moved, in all channels.
+        steps: by how much the parameters were moved, by handle of each channel.
     """
 
     references: tuple[Observation, ...]
     knobs: dict[str, tuple[Observation, ...]]
-    parameters: dict[tuple[str, str], tuple[Observation, ...]]
-    steps: dict[tuple[str, str], float]
+    parameters: dict[Handle, tuple[Observation, ...]]
+    steps: dict[Handle, float]
 
     def seen_by(self, look: Callable[[Observation], Observation]) -> Moved:
         """The same twins, looked at in another way."""
@@ -151,14 +167,18 @@ def moved_twins(
             if knob.name == name:
                 camera = camera.moved(knob.name, knob.channel, knob.step)
         by_knob[name] = twins(camera, effects)
-    by_parameter, steps = {}, {}
+    by_parameter: dict[Handle, tuple[Observation, ...]] = {}
+    steps: dict[Handle, float] = {}
     for k, effect in enumerate(effects):
-        for p in free_parameters(effect):
-            by = step_of(effect, p, 1.0 if p.identity is None else WIDE)
-            other = dataclasses.replace(effect, **{p.name: getattr(effect, p.name) + by})
-            key = (effect.name, p.name)
-            steps[key] = by
-            by_parameter[key] = twins(base, [*effects[:k], other, *effects[k + 1 :]])
+        for p in effect.parameters():
+            handles = handles_of(effect, p, base.channels)
+            if not handles:
+                continue
+            moves = {h: step_of(effect, p, h.channel) for h in handles}
+            steps |= moves
+            other = moved(effect, moves)
+            whole = Handle(effect=effect.name, parameter=p.name)
+            by_parameter[whole] = twins(base, [*effects[:k], other, *effects[k + 1 :]])
     return Moved(
         references=twins(base, effects), knobs=by_knob, parameters=by_parameter, steps=steps
     )
@@ -174,6 +194,7 @@ def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
     """
     knobs = knobs_of(base, scenery)
     reference = moved.references[0]
+    changed = {whole: agreed(moved.references, after) for whole, after in moved.parameters.items()}
     changes = {name: agreed(moved.references, after) for name, after in moved.knobs.items()}
     figures, means, prior = [], [], []
     for knob in knobs:
@@ -188,18 +209,23 @@ def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
         figures.append(of_figures / knob.step * own)
         means.append(of_means / knob.step * lamp[:, None, None] * channel[:, None])
         prior.append(FREE)
-    for key, after in moved.parameters.items():
-        of_figures, of_means = agreed(moved.references, after)
-        figures.append(of_figures / moved.steps[key])
-        means.append(of_means / moved.steps[key])
-        prior.append(5.0 * abs(moved.steps[key]))
+    for handle, step in moved.steps.items():
+        whole = dataclasses.replace(handle, channel=None)
+        of_figures, of_means = changed[whole]
+        own, only = np.ones(len(reference.keys)), np.ones(len(base.channels))
+        if handle.channel is not None:
+            own = _own(reference, base, handle.channel)
+            only = np.eye(len(base.channels))[handle.channel]
+        figures.append(of_figures / step * own)
+        means.append(of_means / step * only[:, None])
+        prior.append(5.0 * abs(step))
     for change, width in light_ways(base, scenery, reference):
         means.append(change)
         figures.append(np.zeros(len(reference.keys)))
         prior.append(width)
     return Directions(
         knobs=knobs,
-        tuned=tuple(moved.parameters),
+        tuned=tuple(moved.steps),
         figures=np.array(figures),
         means=np.array(means),
         prior=np.array(prior),
@@ -217,12 +243,49 @@ def free_parameters(effect: Effect) -> list[Parameter]:
     ]
 
 
-def step_of(effect: Effect, p: Parameter, times: float = 1.0) -> float:
-    """Step of a parameter's difference quotient: a tenth of it, or a hundredth of its range.
+def handles_of(effect: Effect, p: Parameter, channels: Sequence[str]) -> list[Handle]:
+    """How a parameter can be turned: as it is, or colour by colour; not at all if it is off."""
+    value = getattr(effect, p.name)
+    if p in free_parameters(effect):
+        return [Handle(effect=effect.name, parameter=p.name)]
+    if not isinstance(value, Colours) or len(channels) == 1:
+        return []
+    return [
+        Handle(effect=effect.name, parameter=p.name, channel=c)
+        for c, name in enumerate(channels)
+        if value[name] != p.identity
+    ]
+
+
+def moved(effect: Effect, moves: Mapping[Handle, float]) -> Effect:
+    """An effect with its parameters moved, each inside its range."""
+    values: dict[str, Any] = {}
+    for p in effect.parameters():
+        own = {h.channel: by for h, by in moves.items() if h.parameter == p.name}
+        if not own:
+            continue
+        value = getattr(effect, p.name)
+        if isinstance(value, Colours):
+            values[p.name] = Colours(
+                **{n: p.clipped(value[n] + own.get(c, 0.0)) for c, n in enumerate(CHANNELS)}
+            )
+        else:
+            values[p.name] = p.clipped(value + own[None])
+    return dataclasses.replace(effect, **values)
+
+
+def step_of(effect: Effect, p: Parameter, channel: int | None = None) -> float:
+    """Step of a parameter's difference quotient: a tenth of a shape, four of a strength."""
+    value = getattr(effect, p.name)
+    value = value[CHANNELS[channel or 0]] if isinstance(value, Colours) else float(value)
+    return step_from(value, p, 1.0 if p.identity is None else WIDE)
+
+
+def step_from(value: float, p: Parameter, times: float = 1.0) -> float:
+    """A tenth of a value, or a hundredth of the range, so many times.
 
     Up where there is room, or else to the side that has more.
     """
-    value = float(getattr(effect, p.name))
     size = abs(value - p.identity) if p.identity is not None and p.identity < 1e6 else abs(value)
     step = times * 0.1 * (size or 0.1 * (p.maximum - p.minimum))
     up, down = min(step, p.maximum - value), min(step, value - p.minimum)

@@ -12,8 +12,9 @@ from scipy.optimize import lsq_linear
 from analysis.gap.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.base import Base
 from analysis.gap.case import Candidate, Case, candidate, vector
-from analysis.gap.fit import MOST_STEPS, SEEDS, counted, refine, turn
-from analysis.gap.nuisance import free_parameters, step_of
+from analysis.gap.fit import MOST_STEPS, SEEDS, counted, misfit, refine, turn
+from analysis.gap.hints import Told
+from analysis.gap.nuisance import free_parameters, step_from
 from analysis.gap.observe import Observation
 from analysis.gap.suspects import Evidence, Signature, response_of, scaled, signature, signed
 from sensor.colours import CHANNELS, Colours
@@ -104,9 +105,7 @@ def anew(
     found: Candidate,
     first: Effect,
     many: Mapping[int, Observation],
-    *,
-    start: Base | None = None,
-    tuned: bool = True,
+    told: Told | None = None,
 ) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.
 
@@ -118,14 +117,15 @@ def anew(
         found: the suspect as it was fitted so far.
         first: as the search for it began; taken up again where the pursuit led nowhere.
         many: twins of the model by seed.
-        start: where the camera begins, if that is known better than by what was fitted without.
-        tuned: whether its parameters are fitted; not where the frames tell them.
+        told: what the frames tell of it.
     """
     known = case.known
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
     effect, base = found.effect, found.base
-    if found.misfit > LED_NOWHERE * without:
-        effect, base = first, known.base
+    start = told.base if told else None
+    tuned = not (told and told.exact)
+    if start or found.misfit > LED_NOWHERE * without:
+        effect, base = first, start or known.base
 
     def calibrated(begin: Base, with_it: Effect) -> Candidate:
         added = (*known.effects, with_it)
@@ -140,7 +140,6 @@ def anew(
         shown = signature(effects[-1], known, base=fitted, seeds=FINAL_SEEDS, references=many)
         return found if shown is None else candidate(case, shown, fitted, found.absorbed)
 
-    base = start or base
     as_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
     ways = [(as_counted, effect)]
     if known.scenery.body.pixels == "rgb8":
@@ -148,10 +147,17 @@ def anew(
         rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}
         ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
     ways += [(as_counted, other) for other in _choices(effect)]
-    best = found
+
+    def leaves(one: Candidate) -> float:
+        """By its own errors: what makes figures scatter leaves much by those of others."""
+        return misfit(one.base, case.fit_seen, known.scenery, (*known.effects, one.effect))
+
+    best, least = found, leaves(found)
     for way in ways:
-        if best is found or best.misfit > MISFIT:
-            best = min(best, calibrated(*way), key=lambda one: one.misfit)
+        if best is found or least > MISFIT:
+            other = calibrated(*way)
+            if (left := leaves(other)) < least:
+                best, least = other, left
     return best
 
 
@@ -179,7 +185,7 @@ def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:
         while step >= 1.0:
             better = now
             for by in (-step, step):
-                value = float(np.clip(getattr(now.effect, p.name) + by, p.minimum, p.maximum))
+                value = p.clipped(getattr(now.effect, p.name) + by)
                 tried = attempt(
                     dataclasses.replace(now.effect, **{p.name: float(round(value))}), now.base
                 )
@@ -248,7 +254,7 @@ def _by_colour(effect: Effect, p: Parameter, away: float, parts: Colours) -> Eff
 
 def _within(p: Parameter, away: float) -> float:
     """The value that is so far from where the effect vanishes, inside the range."""
-    return float(np.clip((p.identity or 0.0) + away, p.minimum, p.maximum))
+    return p.clipped((p.identity or 0.0) + away)
 
 
 def _reshaped(
@@ -260,7 +266,12 @@ def _reshaped(
     """One Gauss-Newton step of all parameters of an effect."""
     turned, space = case.fitting.turned, case.fitting.turned.space
     current = vector(space, now.shown)
-    steps = np.array([step_of(now.effect, p, 3.0 if p.identity is None else 1.0) for p in free])
+    steps = np.array(
+        [
+            step_from(getattr(now.effect, p.name), p, 3.0 if p.identity is None else 1.0)
+            for p in free
+        ]
+    )
     columns = []
     for p, by in zip(free, steps, strict=True):
         moved = dataclasses.replace(now.effect, **{p.name: getattr(now.effect, p.name) + float(by)})
@@ -271,7 +282,7 @@ def _reshaped(
     square = matrix @ matrix.T + np.diag(1.0 / widths**2)
     amounts = np.linalg.solve(square, matrix @ turned.left(case.fit_gap - current))
     values = {
-        p.name: float(np.clip(getattr(now.effect, p.name) + by, p.minimum, p.maximum))
+        p.name: p.clipped(getattr(now.effect, p.name) + by)
         for p, by in zip(free, np.clip(amounts, -widths, widths), strict=True)
     }
     return attempt(dataclasses.replace(now.effect, **values), now.base)

@@ -13,7 +13,7 @@ from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.base import Body
 from analysis.gap.calibrate import black_of
 from analysis.gap.comb import exponent, histograms, white_balance
-from analysis.gap.hints import Hints, empty_bits
+from analysis.gap.hints import Told, empty_bits
 from analysis.gap.jpeg_tables import quality
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.light import light_of
@@ -52,7 +52,7 @@ class Setting:
     black_dn: float
     arithmetic: int
     white_balance: WhiteBalance | None
-    told: Mapping[str, Hints]
+    told: Mapping[str, Told]
 
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
@@ -93,16 +93,16 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
 
 def _told(
     keys: Sequence[Frames], lattices: Sequence[Lattice], counts: Mapping[str, Floats]
-) -> dict[str, Hints]:
+) -> dict[str, Told]:
     """Lost bits, the exponent of a curve behind the converter, and the quality of JPEG."""
-    told: dict[str, Hints] = {}
+    told: dict[str, Told] = {}
     if bits := empty_bits(keys, lattices):
-        told[BitTruncation.name] = {"bits": float(bits)}
+        told[BitTruncation.name] = Told(hints={"bits": float(bits)})
     if (power := exponent(counts)) is not None:
-        told[Gamma.name] = {"exponent": power, "about_black": 0.0}
+        told[Gamma.name] = Told(hints={"exponent": power, "about_black": 0.0})
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
-        told[Jpeg.name] = {"quality": float(tables)}
+        told[Jpeg.name] = Told(hints={"quality": float(tables)})
     return told
 
 

@@ -81,6 +81,12 @@ class Space:
         white = (self.whitening @ by_block)[..., 0]
         return np.asarray(white.transpose(2, 0, 1).ravel())
 
+    @property
+    def log_determinant(self) -> float:
+        """Of the covariance that makes one standard error one."""
+        of_blocks = np.log(np.diagonal(self.whitening, axis1=-2, axis2=-1)).sum()
+        return float(2.0 * (np.log(self.spread).sum() - of_blocks))
+
     def vector(self, figures: Floats, means: Floats) -> Floats:
         """A difference as one vector of coordinates."""
         return np.concatenate([self.figures(figures), self.blocks(means)])

@@ -215,7 +215,7 @@ def _moved(p: Parameter, factor: float, value: float) -> float:
         moved = p.identity * (value / p.identity) ** factor
     else:
         moved = p.identity + factor * (value - p.identity)
-    return float(np.clip(moved, p.minimum, p.maximum))
+    return p.clipped(moved)
 
 
 def response_of(tried: Sequence[tuple[float, float]], before: float) -> float:

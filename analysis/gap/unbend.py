@@ -8,30 +8,33 @@ import numpy as np
 
 from analysis.gap.base import Base
 from analysis.gap.calibrate import first_guess
+from analysis.gap.hints import Told
 from analysis.gap.observe import observe
 from analysis.gap.setting import Setting, black_of_frames, halves
 from analysis.gap.shots import stack_of
-from sensor.effects.gamma import Gamma
 from sensor.frames import Frames
 
 
-def unbent(setting: Setting) -> dict[str, Base]:
-    """By name of the effect: the base by moments of frames without the curve that they tell.
+def unbent(setting: Setting, told: Told) -> Base:
+    """The base by moments of frames without the curve that they tell.
 
     A curve that is strong changes gain and noise from level to level, so that the base calibrated
     without it is no place to begin.
+
+    Args:
+        setting: the capture.
+        told: the exponent of the curve.
     """
-    told = setting.told.get(Gamma.name)
-    if told is None:
-        return {}
-    inverse = 1.0 / told["exponent"]
+    exponent = told.hints["exponent"]
+    assert isinstance(exponent, float), "a curve is the same in all colours"
+    inverse = 1.0 / exponent
     frames = [
         _through(f, inverse) for f in setting.capture.frames if f.shot.label in setting.plan.key
     ]
     seen = observe((stack_of(f, setting.plan) for f in frames), setting.scenery.view)
     fit_half, _ = halves(seen)
     black_dn = black_of_frames(frames)
-    return {Gamma.name: first_guess(fit_half, setting.scenery, None, black_dn, setting.arithmetic)}
+    return first_guess(fit_half, setting.scenery, None, black_dn, setting.arithmetic)
 
 
 def _through(frames: Frames, exponent: float) -> Frames:

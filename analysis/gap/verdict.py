@@ -61,9 +61,10 @@ class Choice:
         """The one that closes a gap alone, where the one of the best score does not."""
         rest = 1.0 - CLOSES_ALONE
         by_name = {name: rest * chance for name, chance in self.by_name.items()}
+        alike = (self.best, *self.alike) if other in self.alike else ()
         return Choice(
             best=other,
-            alike=(),
+            alike=tuple(c for c in alike if c is not other)[:CLASS_SIZE],
             probability=CLOSES_ALONE,
             by_name=by_name | {other.name: CLOSES_ALONE},
         )
