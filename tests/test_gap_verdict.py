@@ -126,6 +126,16 @@ def test_a_clear_suspect_is_nearly_certain() -> None:
     assert sum(weak.values()) < 0.8
 
 
+def test_a_name_that_little_speaks_for_is_doubted() -> None:
+    """Even where nothing speaks for another one; and the more there is, the less."""
+    scores = (LEAST_SCORE + 1, 40.0, 70.0, 200.0)
+    found = [choose([candidate("row_noise", score)]) for score in scores]
+    chances = [one.probability for one in found if one is not None]
+    assert chances == sorted(chances)
+    assert chances[0] < 0.55
+    assert chances[-1] > 0.99
+
+
 def test_the_best_of_many_is_less_surprising() -> None:
     """Sidak's correction: forty suspects reach 9.6 by chance about once in thirteen captures."""
     one = p_of_best([candidate("row_noise", 9.6)])

@@ -16,7 +16,16 @@ from analysis.gap.fit import MOST_STEPS, SEEDS, counted, misfit, refine, turn
 from analysis.gap.hints import Told
 from analysis.gap.nuisance import free_parameters, step_from
 from analysis.gap.observe import Observation
-from analysis.gap.suspects import Evidence, Signature, response_of, scaled, signature, signed
+from analysis.gap.suspects import (
+    Evidence,
+    Signature,
+    response_of,
+    scaled,
+    signature,
+    signed,
+    starts,
+    strengths,
+)
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
@@ -93,6 +102,9 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
 
 ANEW_STEPS = 5
 
+ENOUGH = 1.05
+"""Chi-squared per coordinate, by its own errors, from which no other way is gone with a suspect."""
+
 MISFIT = 1.2
 """Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
 
@@ -154,7 +166,7 @@ def anew(
 
     best, least = found, leaves(found)
     for way in ways:
-        if best is found or least > MISFIT:
+        if best is found or least > ENOUGH:
             other = calibrated(*way)
             if (left := leaves(other)) < least:
                 best, least = other, left
@@ -162,14 +174,25 @@ def anew(
 
 
 def _choices(effect: Effect) -> list[Effect]:
-    """The same effect with one of its choices made differently."""
-    return [
+    """The same effect with a choice made differently, or with another of its strengths."""
+    made = [
         dataclasses.replace(effect, **{p.name: value})
         for p in effect.parameters()
         if p.whole and p.maximum - p.minimum < LONG
         for value in p.starts
         if value != getattr(effect, p.name)
     ]
+    others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
+    return made + [one for on, one in others.items() if on != _strengths_on(effect)]
+
+
+def _strengths_on(effect: Effect) -> frozenset[str]:
+    """Names of the strengths that are not where the effect vanishes."""
+    return frozenset(
+        p.name
+        for p in strengths(type(effect))
+        if not p.whole and getattr(effect, p.name) != p.identity
+    )
 
 
 LONG = 10

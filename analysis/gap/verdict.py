@@ -28,6 +28,14 @@ CLASS_SIZE = 2
 MOST_OF_A_CROWD = 0.45
 """Probability of one of more suspects than may be named together: likelier not than so."""
 
+WEAK = 100.0
+"""Score below which a name is doubted: signatures are not quite right, and what is in no catalogue
+takes the name that looks most like it."""
+
+DOUBTED = 0.55
+"""Factor of the probability of a suspect that barely deserves its name: where this was tuned, about
+half of the names that were given at scores of 15 to 40 were right."""
+
 EQUIVALENT = 0.9
 """Part of a signature that calibration takes up, from which an effect counts as calibrated."""
 
@@ -105,9 +113,15 @@ def choose(candidates: Sequence[Candidate], fits: bool = True) -> Choice | None:
     return Choice(
         best=best,
         alike=tuple(rivals[:CLASS_SIZE]),
-        probability=min(most, by_name[best.name]),
+        probability=min(most, by_name[best.name] * _trusted(best.score)),
         by_name=by_name,
     )
+
+
+def _trusted(score: float) -> float:
+    """Factor of a probability by how much there is to judge by."""
+    part = (score - LEAST_SCORE) / (WEAK - LEAST_SCORE)
+    return DOUBTED + (1.0 - DOUBTED) * float(np.clip(part, 0.0, 1.0))
 
 
 def probabilities(candidates: Sequence[Candidate], fits: bool = True) -> dict[str, float]:

@@ -21,11 +21,11 @@ class Gamma(Effect):
 
         DN' = o + R x^g,    x = (DN - o) / R,    R = top - o;    a chord below x = 0.018
 
-    where o is the black level, or code 0 in a program that bends whole pictures and knows of none;
-    then the black level is bent as well. The chord keeps the slope finite there and lets noise
-    below it pass. Noise passes with the slope of the curve, sigma' = g x^(g-1) sigma, so that the
-    photon transfer curve becomes variance = g^2 x^(2g-2) (k x + r^2) and is no straight line any
-    more; a gain leaves it one.
+    where o is the black level. The chord keeps the slope finite there and lets noise below it pass.
+    A program that bends whole pictures knows of no black level: o is code 0, the black level is
+    bent as well, and there is no chord. Noise passes with the slope of the curve,
+    sigma' = g x^(g-1) sigma, so that the photon transfer curve becomes
+    variance = g^2 x^(2g-2) (k x + r^2) and is no straight line any more; a gain leaves it one.
     """
 
     name: ClassVar[str] = "gamma"
@@ -59,11 +59,12 @@ class Gamma(Effect):
         # figures are data, so that a new value compiles nothing
         number = dr.array_t(signal.backend.arrays.TensorXf)
         exponent = dr.opaque(number, self.exponent)
-        slope = dr.opaque(number, _TOE ** (self.exponent - 1.0))
+        toe = _TOE if self.about_black else 0.0
+        slope = dr.opaque(number, _TOE ** (self.exponent - 1.0) if self.about_black else 0.0)
 
         def bent(value: Any) -> Any:
             x = (value - origin) * (1.0 / span)
-            curve = dr.power(dr.maximum(x, _TOE), exponent)
-            return origin + span * dr.select(x > _TOE, curve, x * slope)
+            curve = dr.power(dr.maximum(x, toe), exponent)
+            return origin + span * dr.select(x > toe, curve, x * slope)
 
         return signal.pointwise(bent)
