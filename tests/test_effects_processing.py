@@ -1,0 +1,217 @@
+"""Processing: what follows from each equation, and that an impostor fails it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from sensor.effect import Effect
+from sensor.effects.color_matrix import ColorMatrix
+from sensor.effects.defect_correction import DefectCorrection
+from sensor.effects.demosaic import Demosaic
+from sensor.effects.demosaic_other import DemosaicOther
+from sensor.effects.gamma import Gamma
+from sensor.effects.sharpening import Sharpening
+from sensor.effects.spatial_denoise import SpatialDenoise
+from sensor.effects.temporal_filter import TemporalFilter
+from sensor.effects.white_balance import WhiteBalance
+from tests.effects_bench import READ_E, Array, flat, frames_of, rate_of
+from tests.effects_chain import (
+    LIGHT_E,
+    NOISE,
+    ROUNDING,
+    Figures,
+    applied,
+    by_frame,
+    covariances,
+    noise_on,
+    tells_apart,
+)
+from tests.harness import variance_error
+
+
+def test_gamma_passes_noise_with_the_slope_of_the_curve() -> None:
+    exponent, levels, span = 0.8, np.array([4000.0, 30000.0]), 65535 - 500.0
+    slope = exponent * (levels / span) ** (exponent - 1)
+
+    def figures(frames: Array) -> Figures:
+        before = levels + READ_E**2
+        bend = exponent * (exponent - 1) * (levels / span) ** (exponent - 2) / span
+        means = span * (levels / span) ** exponent + bend * before / 2
+        after = slope**2 * before
+        n = frames[0].size
+        measured = [*frames.mean((1, 2, 3)), *frames.var((1, 2, 3))]
+        errors = [*np.sqrt(after / n), *variance_error(after, n)]
+        return measured, [*means, *(after + ROUNDING)], errors
+
+    def at_levels(*effects: Effect) -> Array:
+        return np.stack([frames_of(*effects, rate=flat(level)) for level in levels])
+
+    # a gain and an offset that do the same to mean and variance at the lower level
+    straight = span * (levels[0] / span) ** exponent + slope[0] * (at_levels() - levels[0])
+    tells_apart(figures, at_levels(Gamma(exponent=exponent)), straight)
+
+
+def test_white_balance_multiplies_the_conversion_where_light_does_not() -> None:
+    gains = np.array([1.5, 1.0, 2.0])
+
+    def figures(frames: Array) -> Figures:
+        samples = [frames[:, 0::2, 0::2], frames[:, 0::2, 1::2], frames[:, 1::2, 1::2]]
+        measured = [*(s.mean() for s in samples), *(s.var() for s in samples)]
+        variances = gains**2 * NOISE + ROUNDING
+        n = samples[0].size
+        errors = [*np.sqrt(variances / n), *variance_error(variances, n)]
+        return measured, [*(gains * LIGHT_E), *variances], errors
+
+    effect = WhiteBalance(red_gain=gains[0], blue_gain=gains[2])
+    real = frames_of(effect, rate=flat(LIGHT_E), cfa="RGGB")
+    brighter = frames_of(rate=rate_of(np.full((64, 96, 3), LIGHT_E) * gains), cfa="RGGB")
+    tells_apart(figures, real, brighter)
+
+
+def test_color_matrix_correlates_the_noise_of_the_channels() -> None:
+    saturation, weights = 1.6, np.array([0.299, 0.587, 0.114])
+    sigmas = np.array([3.0, 2.0, 4.0])
+    matrix = saturation * np.eye(3) + (1 - saturation) * np.ones((3, 1)) * weights
+    expected = matrix @ np.diag(sigmas**2) @ matrix.T
+    upper = np.triu_indices(3)
+
+    def figures(frames: Array) -> Figures:
+        d = frames - 100.0
+        products = np.einsum("fyxi,fyxj->fij", d, d) / d[0, ..., 0].size
+        mean, error = by_frame(products[:, upper[0], upper[1]])
+        return mean, expected[upper], error
+
+    grey = 100.0 + sigmas * np.random.default_rng(3).standard_normal((64, 32, 32, 3))
+    impostor = noise_on(0.0, 1.0, 64, 32, 32, 3) * np.sqrt(np.diag(expected)) + 100.0
+    tells_apart(figures, applied(ColorMatrix(saturation=saturation), grey), impostor)
+
+
+def test_sharpening_makes_neighbours_disagree() -> None:
+    amount, sigma = 1.0, 10.0
+    soft = np.outer([1, 2, 1], [1, 2, 1]) / 16
+    kernel = -amount * soft
+    kernel[1, 1] += 1 + amount
+    lags = [(0, 0), (0, 1), (1, 0), (1, 1), (0, 2), (0, 3)]
+    padded = np.pad(kernel, 3)
+    expected = [sigma**2 * np.sum(padded * np.roll(padded, lag, (0, 1))) for lag in lags]
+    assert expected[0] == pytest.approx(sigma**2 * (1 + 1.5 * amount + 41 / 64 * amount**2))
+
+    def figures(frames: Array) -> Figures:
+        measured, error = by_frame(covariances(frames, 100.0, lags))
+        return measured, expected, error
+
+    before = noise_on(100.0, sigma, 64, 64, 64)
+    impostor = noise_on(100.0, math.sqrt(expected[0]), 64, 64, 64, seed=6)
+    tells_apart(figures, applied(Sharpening(amount=amount), before), impostor)
+    # on an image with colours it sharpens luma: grey detail alike, and colour differences stay
+    colours = noise_on(100.0, sigma, 2, 32, 32, 3)
+    change = applied(Sharpening(amount=amount), colours) - colours
+    assert np.ptp(change, axis=3).max() < 1e-4
+    assert change.std() > 1
+
+
+@pytest.mark.parametrize("passes", [1, 2, 3])
+@pytest.mark.parametrize("each_colour", [0, 1])
+def test_a_wider_sharpening_lacks_what_so_many_passes_soften(passes: int, each_colour: int) -> None:
+    """a (x - x * B^n), of luma for all colours or of each colour; by another program's filter."""
+    before = noise_on(100.0, 10.0, 2, 32, 32, 3)
+    source = before if each_colour else (before @ [0.299, 0.587, 0.114])[..., None]
+    soft = source
+    for _ in range(passes):
+        for axis in (1, 2):
+            soft = ndimage.correlate1d(soft, [0.25, 0.5, 0.25], axis=axis, mode="mirror")
+    sharp = Sharpening(amount=0.7, passes=float(passes), each_colour=float(each_colour))
+    assert np.allclose(applied(sharp, before), before + 0.7 * (source - soft), atol=1e-3)
+
+
+def test_spatial_denoise_keeps_an_edge_that_a_blur_softens() -> None:
+    sigma, step, strength = 2.0, 60.0, 1.0
+    left = (1 - 8 * strength / 9) ** 2 + 8 * (strength / 9) ** 2
+
+    def figures(frames: Array) -> Figures:
+        edge = frames[:, :, 32] - frames[:, :, 31]
+        variance = frames[:, 4:-4, 4:-36].var((1, 2), ddof=0)
+        mean, error = by_frame(np.stack([edge.mean(1), variance], axis=1))
+        cells = 56 * 24 / 9  # independent means of nine pixels: what a sample's own mean takes off
+        return mean, [step, sigma**2 * left * (1 - 1 / cells)], error
+
+    before = noise_on(50.0, sigma, 128, 64, 64)
+    before[:, :, 32:] += step
+    effect = SpatialDenoise(strength=strength, threshold_dn=30.0)
+    box = ndimage.uniform_filter(before, (1, 3, 3), mode="mirror")
+    tells_apart(figures, applied(effect, before), box)
+
+
+def test_temporal_filter_remembers_in_the_dark_and_pixel_by_pixel() -> None:
+    carried, lags = 0.5, [0, 1, 2, 4]
+
+    def figures(frames: Array) -> Figures:
+        d = frames.reshape(len(frames), -1)
+        products = np.stack([(d[: len(d) - k] * d[k:]).mean(0) for k in lags], axis=1)
+        measured, error = by_frame(products)
+        power = READ_E**2 * (1 - carried) / (1 + carried)
+        expected = power * carried ** np.array(lags)
+        expected[0] += ROUNDING
+        return measured, expected, error
+
+    rate = flat(LIGHT_E)
+    real = frames_of(TemporalFilter(carried=carried), rate=rate, level=0.0)
+    plain = frames_of(rate=rate, level=0.0)
+    blurred = ndimage.gaussian_filter(plain, (0, 0.53, 0.53))
+    assert blurred.var() == pytest.approx(real.var(), rel=0.1)
+    tells_apart(figures, real, blurred)
+
+
+@pytest.mark.parametrize("algorithm", [1, 2, 3])
+@pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
+def test_demosaic_other_keeps_the_samples_and_flat_colours(algorithm: int, cfa: str) -> None:
+    effect = DemosaicOther(algorithm=algorithm)
+    mosaic = noise_on(100.0, 5.0, 2, 24, 32)
+    bilinear = applied(Demosaic(), mosaic, cfa=cfa)
+    sites = np.array(["RGB".index(c) for c in cfa]).reshape(2, 2)
+    sites = np.tile(sites, (12, 16))[None, :, :, None]
+    kept = np.take_along_axis(applied(effect, bilinear, cfa=cfa), sites, axis=3)[..., 0]
+    resolution = 0.5 / 256 if algorithm == 3 else 0  # OpenCV takes codes of 16 bits
+    assert np.abs(kept - mosaic).max() <= resolution + 1e-4
+    colours = np.broadcast_to([120.0, 100.0, 60.0], (1, 24, 32, 3))
+    assert np.abs(applied(effect, colours, cfa=cfa) - colours).max() < 0.01
+
+
+def test_demosaic_other_moves_noise_between_the_colours() -> None:
+    sigma = 5.0
+    expected = sigma**2 * np.array([1 / 4 + 5 / 16, 1 / 2])
+
+    def figures(frames: Array) -> Figures:
+        d = frames[:, 4:-4:2, 4:-4:2] - 100.0
+        products = [(d[..., 1] ** 2).mean((1, 2)), (d[..., 0] * d[..., 1]).mean((1, 2))]
+        measured, error = by_frame(np.stack(products, axis=1))
+        return measured, expected, error
+
+    bilinear = applied(Demosaic(), noise_on(100.0, sigma, 64, 48, 48), cfa="RGGB")
+    real = applied(DemosaicOther(algorithm=1), bilinear, cfa="RGGB")
+    impostor = bilinear.copy()  # green as noisy as Malvar's, by noise of its own
+    impostor[..., 1] += noise_on(0.0, sigma * math.sqrt(5 / 16), *bilinear.shape[:3], seed=8)
+    tells_apart(figures, real, impostor)
+
+
+@pytest.mark.parametrize("cfa", ["GGGG", "RGGB"])
+def test_defect_correction_takes_an_outlier_away_whole_or_not_at_all(cfa: str) -> None:
+    sigma = 2.0
+
+    def figures(frames: Array) -> Figures:
+        hot, warm = frames[:, 4::8, 4::8], frames[:, 4::8, 8::8]
+        n = hot.size
+        errors = [sigma / math.sqrt(n), sigma / math.sqrt(warm.size)]
+        return [hot.mean(), warm.mean()], [50.0, 60.0], errors
+
+    before = noise_on(50.0, sigma, 16, 64, 64)
+    untouched = applied(DefectCorrection(threshold_dn=22.0), before, cfa=cfa)
+    assert np.array_equal(untouched, before.astype(np.float32))
+    before[:, 4::8, 4::8] += 90.0
+    before[:, 4::8, 8::8] += 10.0
+    real = applied(DefectCorrection(threshold_dn=22.0), before, cfa=cfa)
+    tells_apart(figures, real, ndimage.gaussian_filter(before, (0, 1.0, 1.0)))

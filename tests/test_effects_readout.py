@@ -1,0 +1,248 @@
+"""Readout and converter: what follows from each equation, and that an impostor fails it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from sensor.effects.adc_dnl import AdcDnl, weighed, widths
+from sensor.effects.bit_truncation import BitTruncation
+from sensor.effects.black_level_drift import BlackLevelDrift
+from sensor.effects.black_level_offset import BlackLevelOffset
+from sensor.effects.column_fpn import ColumnFpn
+from sensor.effects.flicker_noise import FlickerNoise
+from sensor.effects.fpn import Fpn
+from sensor.effects.interference import Interference
+from sensor.effects.row_noise import RowNoise
+from tests.effects_bench import READ_E, Array, flat, frames_of
+from tests.effects_chain import (
+    LIGHT_E,
+    NOISE,
+    ROUNDING,
+    Figures,
+    applied,
+    by_frame,
+    independent,
+    tells_apart,
+)
+from tests.harness import assert_agree, variance_error
+
+
+def test_row_noise_does_not_average_out_along_the_row() -> None:
+    sigma = 20.0
+
+    def figures(frames: Array) -> Figures:
+        rows = frames.mean(2) - LIGHT_E
+        inside = frames - frames.mean(2, keepdims=True)
+        width = frames.shape[2]
+        expected = [sigma**2 + (NOISE + ROUNDING) / width, NOISE + ROUNDING]
+        error = [variance_error(expected[0], rows.size), variance_error(expected[1], frames.size)]
+        return [np.mean(rows**2), np.mean(inside**2) * width / (width - 1)], expected, error
+
+    rate = flat(LIGHT_E)
+    real = frames_of(RowNoise(sigma_e=sigma), rate=rate)
+    tells_apart(figures, real, frames_of(independent(sigma), rate=rate))
+
+
+def test_column_fpn_does_not_average_out_down_the_column_nor_in_time() -> None:
+    sigma = 20.0
+
+    def figures(frames: Array) -> Figures:
+        columns = frames.mean((0, 1)) - LIGHT_E
+        count, height, width = frames.shape
+        expected = [sigma**2 + NOISE / (count * height), NOISE + ROUNDING]
+        errors = [variance_error(expected[0], width), variance_error(expected[1], frames.size)]
+        return [np.mean(columns**2), frames.var(0, ddof=1).mean()], expected, errors
+
+    rate = flat(LIGHT_E, 48, 256)
+    real = frames_of(ColumnFpn(sigma_e=sigma), rate=rate)
+    tells_apart(figures, real, frames_of(Fpn(sigma_e=sigma), rate=rate))
+    again = frames_of(ColumnFpn(sigma_e=sigma), rate=rate, label="another", seed=9)
+    error = math.sqrt(2 * NOISE / (len(real) * 48))
+    assert_agree(real.mean((0, 1)) - again.mean((0, 1)), np.zeros(256), np.full(256, error))
+
+
+def test_interference_has_all_its_power_at_one_frequency_and_moves_by_its_drift() -> None:
+    amplitude, period, drift = 20.0, 23.7, 0.137
+
+    def figures(frames: Array) -> Figures:
+        series = frames.reshape(len(frames), -1) - LIGHT_E
+        n = series.shape[1]
+        wave = series @ np.exp(-2j * np.pi * np.arange(n) / period)
+        power = np.mean(np.abs(wave) ** 2) / n
+        step = np.angle(np.sum(wave[1:] * np.conj(wave[:-1]))) / (2 * np.pi)
+        expected = amplitude**2 * n / 4 + NOISE + ROUNDING
+        phase_error = math.sqrt(2 * NOISE / n) / amplitude  # of a frame, in radians
+        errors = [
+            2 * math.sqrt(expected * NOISE / 2 / len(frames)),
+            math.sqrt(2) * phase_error / (len(frames) - 1) / (2 * np.pi),
+        ]
+        return [power, step], [expected, drift], errors
+
+    rate = flat(LIGHT_E)
+    effect = Interference(amplitude_e=amplitude, period_px=period, drift_cycles_per_frame=drift)
+    impostor = frames_of(independent(amplitude / math.sqrt(2)), rate=rate)
+    tells_apart(figures, frames_of(effect, rate=rate), impostor)
+
+
+def test_flicker_noise_has_equal_power_in_every_octave() -> None:
+    sigma, height, width = 60.0, 64, 128
+    octaves = int(math.log2(height * width))
+    white = 1 / math.log(2)
+    edges = 0.5 / 2.0 ** np.arange(9)[::-1]
+
+    def spectrum(f: Array) -> Array:
+        """Of the sum of holds, plus the bench's read noise: two-sided, per pixel."""
+        holds = sum(
+            np.sin(np.pi * f * 2**j) ** 2 / (2**j * np.sin(np.pi * f) ** 2)
+            for j in range(1, octaves)
+        )
+        return sigma**2 / (octaves - 1 + white) * (white + holds) + READ_E**2 + ROUNDING
+
+    def figures(frames: Array) -> Figures:
+        series = frames.reshape(len(frames), -1)
+        n = series.shape[1]
+        window = np.hanning(n) * math.sqrt(8 / 3)
+        power = np.abs(np.fft.rfft(series * window)) ** 2 / n
+        f = np.fft.rfftfreq(n)
+        bands = [(f > low) & (f <= high) for low, high in itertools.pairwise(edges)]
+        measured, error = by_frame(np.stack([power[:, band].mean(1) for band in bands], axis=1))
+        return measured, [spectrum(f[band]).mean() for band in bands], error
+
+    rate = flat(0.0, height, width)
+    real = frames_of(FlickerNoise(sigma_e=sigma), rate=rate, frames=128)
+    tells_apart(figures, real, frames_of(independent(sigma), rate=rate, frames=128))
+
+    measured, _, error = figures(real)
+    octave = np.log(edges[1:])
+    slope = np.polyfit(octave, np.log(measured - READ_E**2 - ROUNDING), 1)[0]
+    leverage = (octave - octave.mean()) / np.sum((octave - octave.mean()) ** 2)
+    slope_error = np.sqrt(np.sum((leverage * error / measured) ** 2))
+    ripple = 0.14 * np.abs(leverage).max()  # one band, at the end of the fit, that is off by 14 %
+    assert abs(slope + 1) < ripple + 4 * slope_error
+
+
+def test_black_level_drift_is_remembered_down_the_rows() -> None:
+    sigma, length, lags = 20.0, 8.0, [0, 1, 4, 8, 16]
+
+    def figures(frames: Array) -> Figures:
+        rows = frames.mean(2) - LIGHT_E
+        high = rows.shape[1]
+        measured = [(rows[:, : high - d] * rows[:, d:]).mean(1) for d in lags]
+        expected = sigma**2 * np.exp(-np.array(lags) / length)
+        expected[0] += NOISE / frames.shape[2]
+        mean, error = by_frame(np.stack(measured, axis=1))
+        return mean, expected, error
+
+    rate = flat(LIGHT_E, 96, 64)
+    effect = BlackLevelDrift(row_sigma_e=sigma, row_length=length, frame_sigma_e=0.0)
+    real = frames_of(effect, rate=rate, frames=128)
+    tells_apart(figures, real, frames_of(RowNoise(sigma_e=sigma), rate=rate, frames=128))
+
+
+def test_black_level_drift_is_remembered_along_the_shot() -> None:
+    sigma, length, lags, height = 20.0, 3.0, [0, 1, 3, 6], 16
+
+    def figures(frames: Array) -> Figures:
+        means = frames.mean((1, 2)) - LIGHT_E
+        blocks = means.reshape(-1, 60)  # twenty memories long: as good as independent
+        measured = [(blocks[:, : 60 - d] * blocks[:, d:]).mean(1) for d in lags]
+        expected = sigma**2 * np.exp(-np.array(lags) / length)
+        expected[0] += NOISE / frames[0].size
+        mean, error = by_frame(np.stack(measured, axis=1))
+        return mean, expected, error
+
+    rate = flat(LIGHT_E, height, 16)
+    effect = BlackLevelDrift(row_sigma_e=0.0, frame_sigma_e=sigma, frame_length=length)
+    real = frames_of(effect, rate=rate, frames=6000)
+    # rows drawn afresh whose frame means spread as much
+    impostor = RowNoise(sigma_e=sigma * math.sqrt(height))
+    tells_apart(figures, real, frames_of(impostor, rate=rate, frames=6000))
+
+
+def test_black_level_offset_moves_means_and_no_variance() -> None:
+    offset = 66.0
+
+    def figures(frames: Array) -> Figures:
+        expected = [LIGHT_E + offset, NOISE + ROUNDING]
+        errors = [math.sqrt(NOISE / frames.size), variance_error(NOISE, frames.size)]
+        return [frames.mean(), frames.var()], expected, errors
+
+    effect = BlackLevelOffset(offset_e=offset)
+    real = frames_of(effect, rate=flat(LIGHT_E))
+    tells_apart(figures, real, frames_of(rate=flat(LIGHT_E + offset)))
+    dark = frames_of(effect, rate=flat(LIGHT_E), level=0.0)
+    assert_agree(dark.mean(), offset, READ_E / math.sqrt(dark.size))
+
+
+def test_adc_dnl_is_a_comb_of_powers_of_two() -> None:
+    """Widths of codes below an equal number of trailing zeros are equal; the ends stay."""
+    samples = 256  # per code: an edge is found to one of them
+    ramp = (np.arange(256 * samples) + 0.5) / samples - 0.5
+
+    def spread(codes: Array) -> float:
+        widths = np.bincount(codes.astype(int).ravel(), minlength=256) / samples
+        before = list(range(1, 255))
+        zeros = np.array([(c & -c).bit_length() - 1 for c in before])
+        groups = [widths[:254][zeros == z] for z in range(7)]
+        return float(max(np.ptp(group) for group in groups))
+
+    real = np.round(applied(AdcDnl(unit_mismatch=0.02), ramp.reshape(1, 256, samples)))
+    assert real.min() == 0
+    assert real.max() == 255
+    assert spread(real) <= 2 / samples
+
+    dnl = np.bincount(real.astype(int).ravel(), minlength=256) / samples - 1
+    assert dnl.std() > 4 / samples  # there is something to tell apart
+    widths = 1 + dnl.std() * np.random.default_rng(1).standard_normal(256)
+    impostor = np.searchsorted(np.cumsum(widths)[:-1], ramp + 0.5)
+    assert spread(impostor) > 2 / samples
+
+
+def test_adc_dnl_of_the_major_carry_has_the_stated_spread() -> None:
+    rng, mismatch, bodies = np.random.default_rng(2), 0.005, 4000
+    middle = []
+    for _ in range(bodies):
+        begins = weighed(rng.standard_normal(8).astype(np.float32), mismatch)
+        assert begins[-1] == pytest.approx(255)
+        middle.append(widths(begins)[127] - 1)
+    expected = mismatch**2 * 255
+    assert_agree(np.var(middle), expected, variance_error(expected, bodies))
+
+
+def test_thresholds_that_err_by_themselves_borrow_from_the_next_code() -> None:
+    """What one code gains its neighbours lose: widths have the correlation -1/2, no comb has."""
+    samples, sigma = 512, 0.1
+    ramp = (np.arange(256 * samples) + 0.5) / samples - 0.5
+
+    def of_next(effect: AdcDnl) -> tuple[float, float]:
+        codes = np.round(applied(effect, ramp.reshape(1, 256, samples))).astype(int).ravel()
+        dnl = np.bincount(codes, minlength=256)[1:255] / samples - 1
+        return float(dnl.var()), float((dnl[1:] * dnl[:-1]).mean() / dnl.var())
+
+    variance, correlation = of_next(AdcDnl(unit_mismatch=0.0, threshold_sigma_dn=sigma))
+    # moments of a moving average of normal numbers: 1.5 and 1 times those of independent ones
+    assert_agree(variance, 2 * sigma**2, math.sqrt(1.5) * variance_error(2 * sigma**2, 254))
+    assert_agree(correlation, -0.5, 1 / math.sqrt(254))
+    _, of_a_comb = of_next(AdcDnl(unit_mismatch=0.02))
+    assert abs(of_a_comb + 0.5) > 3 / math.sqrt(254)
+
+
+def test_bit_truncation_leaves_every_eighth_code() -> None:
+    lost = 3
+
+    def figures(frames: Array) -> Figures:
+        codes = frames + 500.0
+        step = 2**lost
+        expected = [1.0, 500.0 + LIGHT_E - (step - 1) / 2, NOISE + ROUNDING + (step**2 - 1) / 12]
+        share = math.sqrt(1 / step * (1 - 1 / step) / codes.size)
+        errors = [share, math.sqrt(NOISE / codes.size), variance_error(expected[2], codes.size)]
+        return [np.mean(codes % step == 0), codes.mean(), codes.var()], expected, errors
+
+    real = frames_of(BitTruncation(bits=lost), rate=flat(LIGHT_E))
+    moved = BlackLevelOffset(offset_e=-(2**lost - 1) / 2)
+    noisier = independent(math.sqrt((4**lost - 1) / 12))
+    tells_apart(figures, real, frames_of(moved, noisier, rate=flat(LIGHT_E)))

@@ -1,0 +1,166 @@
+"""On the way out: what follows from each equation, and that an impostor fails it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import ndimage
+from scipy.fft import dctn
+
+from sensor.camera import Camera
+from sensor.colours import Colours
+from sensor.effects.chroma_subsampling import ChromaSubsampling
+from sensor.effects.color_matrix import ColorMatrix
+from sensor.effects.demosaic import Demosaic
+from sensor.effects.demosaic_other import DemosaicOther
+from sensor.effects.dropped_frames import DroppedFrames
+from sensor.effects.jpeg import Jpeg
+from sensor.effects.quantization import Quantization
+from sensor.effects.read_noise import ReadNoise
+from sensor.effects.sharpening import Sharpening
+from sensor.effects.temporal_filter import TemporalFilter
+from sensor.effects.white_balance import WhiteBalance
+from sensor.errors import CameraError
+from sensor.protocol import Shot
+from sensor.signal import Quantity
+from sensor.simulation import simulate
+from tests.effects_bench import Array, flat, frames_of
+from tests.effects_chain import (
+    LIGHT_E,
+    ROUNDING,
+    Figures,
+    applied,
+    by_frame,
+    noise_on,
+    tells_apart,
+)
+from tests.harness import assert_agree, variance_error
+
+
+@pytest.mark.parametrize(("mode", "group"), [(1, 2), (2, 4)])
+def test_chroma_subsampling_shares_colour_in_groups(mode: int, group: int) -> None:
+    sigma = 12.0
+
+    def figures(frames: Array) -> Figures:
+        chroma = (frames[..., 2] - frames[..., 0]).reshape(len(frames), 32, -1, group)
+        inside = np.mean(chroma.max(3) > chroma.min(3))
+        variance = (chroma[..., 0] ** 2).mean((1, 2))
+        mean, error = by_frame(variance[:, None])
+        # U and V are rounded, and so is what each adds to luma
+        rounding = (1.772**2 + 1.402**2 + 2) / 12
+        expected = 2 * (sigma**2 + ROUNDING) / group + rounding
+        share = 1 / math.sqrt(chroma[..., 0].size)
+        return [inside, mean[0]], [0.0, expected], [share, error[0]]
+
+    before = np.round(noise_on(128.0, sigma, 64, 32, 64, 3))
+    real = applied(ChromaSubsampling(mode=mode), before)
+    assert np.array_equal(real, np.clip(np.round(real), 0, 255))
+    difference = ndimage.uniform_filter1d(before[..., 2] - before[..., 0], group, axis=2)
+    impostor = before.copy()
+    impostor[..., 2] = np.round(before[..., 0] + difference)
+    tells_apart(figures, real, impostor)
+    luma = np.array([0.299, 0.587, 0.114])
+    # luma is rounded once, and once in every colour
+    error = np.abs(real @ luma - before @ luma)
+    assert error.max() <= 1.0 + 1e-4
+
+
+def test_colour_in_fractions_leaves_luma_to_the_last_rounding() -> None:
+    """Only what goes out is rounded; whole codes on the way round luma once more."""
+
+    def spread(effect: ChromaSubsampling) -> float:
+        luma = np.array([0.299, 0.587, 0.114])
+        return float((applied(effect, before) @ luma - before @ luma).var())
+
+    # not whole codes: colours would be rounded alike
+    before = noise_on(128.0, 12.0, 16, 32, 64, 3)
+    expected = (0.299**2 + 0.587**2 + 0.114**2) / 12
+    error = variance_error(expected, before[..., 0].size)
+    assert_agree(spread(ChromaSubsampling(mode=1, whole_codes=0)), expected, error)
+    assert spread(ChromaSubsampling(mode=1)) > 2 * expected
+
+
+def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:
+    quality, row = 75, np.array([24, 40, 51, 61])
+    steps = (row * (200 - 2 * quality) + 50) // 100  # table K.1, u = 4 to 7 of v = 0, as scaled
+
+    def figures(frames: Array) -> Figures:
+        blocks = frames.reshape(len(frames), 8, 8, 8, 8).transpose(0, 1, 3, 2, 4)
+        c = dctn(blocks - 128.0, axes=(3, 4), norm="ortho")[..., 0, 4:]
+        off = c - steps * np.round(c / steps)
+        measured, error = by_frame((off**2).mean((1, 2)))
+        # pixels are rounded to whole codes, which an orthonormal transform keeps
+        return measured, np.full(4, ROUNDING), error
+
+    before = np.round(noise_on(128.0, 12.0, 64, 64, 64))
+    real = applied(Jpeg(quality=quality), before)
+    assert len(np.unique(real)) > 20
+    tells_apart(figures, real, np.round(ndimage.gaussian_filter(before, (0, 0.6, 0.6))))
+
+
+@pytest.mark.parametrize(
+    ("subsampling", "columns_stay", "rows_stay"),
+    [(0.0, True, True), (1.0, False, True), (2.0, False, False)],
+)
+def test_jpeg_carries_colours_at_the_resolution_that_it_says(
+    subsampling: float, columns_stay: bool, rows_stay: bool
+) -> None:
+    """Red and blue of opposite signs from line to line have little luminance: they are there after
+    full resolution, to steps of chroma at quality 95, and gone after half of it."""
+    sign = np.where(np.arange(64) % 2, 20.0, -20.0)
+    for lines, stay in ((sign[None, :], columns_stay), (sign[:, None], rows_stay)):
+        change = np.broadcast_to(lines, (1, 64, 64))
+        before = np.stack([128 + change, 128 - 0.4 * change, 128 + change], axis=-1)
+        after = applied(Jpeg(quality=95, subsampling=subsampling), before)
+        kept = float(((after[..., 0] - after[..., 1]) * np.sign(change)).mean()) / (1.4 * 20)
+        assert kept == pytest.approx(1.0 if stay else 0.0, abs=0.15)
+
+
+def test_dropped_frames_repeat_exactly() -> None:
+    probability, count = 0.3, 1500
+
+    def figures(frames: Array) -> Figures:
+        same = (frames[1:] == frames[:-1]).all((1, 2))
+        pairs = same[1:] & same[:-1]
+        # neighbouring pairs overlap: var of their sum is n (p2 + 2 p3 - 3 p4)
+        p2, p3, p4 = probability**2, probability**3, probability**4
+        errors = np.sqrt([probability - p2, p2 + 2 * p3 - 3 * p4]) / math.sqrt(count)
+        return [same.mean(), pairs.mean()], [probability, p2], errors
+
+    rate = flat(LIGHT_E, 8, 8)
+    real = frames_of(DroppedFrames(probability=probability), rate=rate, frames=count)
+    impostor = frames_of(TemporalFilter(carried=probability), rate=rate, frames=count)
+    tells_apart(figures, real, impostor)
+
+
+def test_effects_that_need_colours_say_so() -> None:
+    grey = noise_on(50.0, 1.0, 2, 16, 16)
+    for effect in (ColorMatrix(), ChromaSubsampling(), DemosaicOther(), WhiteBalance()):
+        with pytest.raises(CameraError, match=effect.name):
+            applied(effect, grey)
+    for effect in (Sharpening(), Jpeg()):
+        with pytest.raises(CameraError, match="mosaic"):
+            applied(effect, grey, cfa="RGGB")
+
+
+@pytest.mark.parametrize("value", [0.5, 1.5])
+def test_choices_are_whole_numbers(value: float) -> None:
+    with pytest.raises(CameraError, match="expected a whole number from 0 to 3"):
+        DemosaicOther(algorithm=value)
+
+
+def test_a_camera_with_them_gives_whole_codes_in_range() -> None:
+    """Transport effects behind the rounding, in an rgb8 camera whose signal clips at both ends."""
+    camera = Camera(
+        name="clipping", height=32, width=48, gain_dn_per_e=Colours.of(0.3), black_dn=0.0,
+        effects=(),
+    ).plus(
+        ReadNoise(thermal_e=40), Demosaic(), Quantization(), ChromaSubsampling(), Jpeg(quality=60)
+    )  # fmt: skip
+    rate = np.linspace(0, 1e5, 32 * 48 * 3).reshape(32, 48, 3).astype(np.float32)
+    shot = Shot(label="ramp", light=("lamp",), exposure_s=0.01, frames=2)
+    codes = simulate(camera, shot, {"lamp": rate}, until=Quantity.CODE).numpy()
+    assert np.array_equal(codes, np.clip(np.round(codes), 0, 255))
+    assert codes.max() == 255
