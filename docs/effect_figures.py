@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from camtruth.report.pictures import magnified_change
 from render.closed_form import render
 from scenes.scene import load
 from sensor.camera import Camera
@@ -28,7 +29,6 @@ from sensor.simulation import pixels_of, simulate
 
 WIDTH, HEIGHT, FRAMES = 128, 96, 48
 EXPOSURE_S, INTERVAL_S = 0.03268, 0.0667
-SCALES = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 Array = NDArray[np.float64]
 
@@ -131,15 +131,14 @@ def draw(kind: type[Effect]) -> bytes:
     changes = after - (before if before.ndim == after.ndim else before[..., None])
     k = int(np.abs(changes).mean((1, 2, 3)).argmax())
     change = changes[k]
-    spread = np.percentile(np.abs(change), 99) or np.abs(change).max() or 1.0
-    scale = max((s for s in SCALES if s * spread <= 110), default=1)
+    magnified, scale = magnified_change(change)
 
     figure = Figure(figsize=(10.4, 2.4), dpi=90, layout="constrained")
     axes = figure.subplots(1, 4, width_ratios=(1, 1, 1, 1.15))
     pictures = [
         ("without", before[k]),
         ("with", after[k]),
-        (f"difference x {scale}", 128 + scale * change),
+        (f"difference x {scale}", magnified),
     ]
     for axis, (title, picture) in zip(axes, pictures, strict=False):
         shown = np.clip(picture, 0, 255).astype(np.uint8)

@@ -24,6 +24,20 @@ def data_url(pixels: NDArray[np.uint8]) -> str:
     return "data:image/png;base64," + base64.b64encode(png(pixels)).decode("ascii")
 
 
+SCALES = (1, 2, 5, 10, 20, 50, 100, 200, 500)
+"""By which a difference is multiplied to be seen."""
+
+SEEN_DN = 110.0
+"""As far from grey as a difference is made to be."""
+
+
+def magnified_change(change: NDArray[np.float64]) -> tuple[NDArray[np.uint8], int]:
+    """A difference of frames in DN as a picture about grey, and how many times it is magnified."""
+    spread = float(np.percentile(np.abs(change), 99) or np.abs(change).max() or 1.0)
+    times = max((s for s in SCALES if s * spread <= SEEN_DN), default=1)
+    return np.asarray(np.clip(128 + times * change, 0, 255), dtype=np.uint8), times
+
+
 def rendered(images: Mapping[str, RateImage], panels: tuple[Panel, ...]) -> list[dict[str, Any]]:
     """Each rate image to look at, with the analysed areas to outline."""
     return [
