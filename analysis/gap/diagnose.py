@@ -43,7 +43,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
         if not e.base and not isinstance(e, own)
     )
     base, _ = refine(start, fit_half, setting.scenery, effects)
-    if start.dark_e_per_s > 0:
+    longest_s = max(shot.exposure_s for shot in setting.scenery.shots)
+    if base.dark_e_per_s * longest_s * float(base.gain_dn_per_e.max()) > LEAST_SHOWN_DN:
         without = dataclasses.replace(start, dark_e_per_s=0.0)
         base = _better(base, without, fit_half, setting.scenery, effects)
     if setting.arithmetic == IN_FRACTIONS:
@@ -51,6 +52,10 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
         if other is not base:
             base, _ = refine(other, fit_half, setting.scenery, effects)
     return around(base, setting.scenery, effects)
+
+
+LEAST_SHOWN_DN = 0.05
+"""What dark current adds to the longest shot, from which it may be what rounding looks like."""
 
 
 def _better(

@@ -213,6 +213,10 @@ def refine(
         effects = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
         return turn(point.base, ways, amounts), tuple(effects)
 
+    def promised(point: _Point) -> float:
+        left = calibration(point.space, ways).left(point.gap)
+        return point.chi2 - float(left @ left)
+
     best = read_at = at(start, tuple(effects))
     ways = _directions(best.base, scenery, best.effects)
     slow = 0
@@ -220,8 +224,8 @@ def refine(
         next_one = at(*stepped(best))
         count, fall = len(next_one.gap), best.chi2 - next_one.chi2
         if fall <= 0:
-            # uphill: these directions are not those of this place
-            if best is read_at or best.chi2 < (FITS + STUCK) * count:
+            # uphill: these directions are not those of this place, if they promise anything
+            if best is read_at or promised(best) < STUCK * best.chi2:
                 return best.base, best.effects
             ways, read_at = _directions(best.base, scenery, best.effects), best
             continue

@@ -151,15 +151,17 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         stacks: the groups of frames of each shot; as many groups for each.
         view: how to look.
     """
-    jobs: list[tuple[str, list[Future[_Seen]]]] = []
+    jobs: list[tuple[str, list[list[Future[_Seen]]]]] = []
     repeated, lit = [], set()
     for stack in stacks:
         repeated.append(stack.repeated)
         if stack.lit:
             lit.add(stack.label)
-        groups = [_cores().submit(_look, dn, stack.lit, view) for dn in stack.groups]
-        jobs.append((stack.label, groups))
-    seen = [(label, [future.result() for future in futures]) for label, futures in jobs]
+        jobs.append((stack.label, [_looked_at(dn, stack.lit, view) for dn in stack.groups]))
+    seen = [
+        (label, [_joined(view, [part.result() for part in parts]) for parts in groups])
+        for label, groups in jobs
+    ]
     keys: list[Key] = []
     by_key: list[list[float]] = []
     for label, shot in seen:
@@ -189,31 +191,53 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Seen:
+    """Figures of one group by family, lattice and statistic; mean images and noise of channels."""
+
     figures: dict[tuple[str, str, str], float]
     means: Floats
     noise: Floats
     grid: tuple[int, int]
 
 
-def _look(dn: NDArray[Any], lit: bool, view: View) -> _Seen:
-    figures: dict[tuple[str, str, str], float] = {}
-    means: dict[str, list[Floats]] = {}
-    noise: dict[str, list[float]] = {}
-    for lattice in view.lattices:
-        group = Group(codes=lattice.of(dn), top_dn=view.top_dn, lit=lit)
-        for family, (function, _) in FAMILIES.items():
-            for name, value in function(group).items():
-                figures[family, lattice.name, name] = value
-        means.setdefault(lattice.channel, []).append(blocks(group.mean, view.side))
-        noise.setdefault(lattice.channel, []).append(group.variance)
-    for name, value in interpolation(inner(dn), view.lattices, lit).items():
-        figures[INTERPOLATION, "all", name] = value
-    images = [np.mean(images, axis=0) for images in means.values()]
+def _looked_at(dn: NDArray[Any], lit: bool, view: View) -> list[Future[_Seen]]:
+    """One group of frames, lattice by lattice, and what all lattices have together."""
+    alone = [_cores().submit(_lattice, dn, lit, view, lattice) for lattice in view.lattices]
+    return [*alone, _cores().submit(_all_lattices, dn, lit, view)]
+
+
+def _lattice(dn: NDArray[Any], lit: bool, view: View, lattice: Lattice) -> _Seen:
+    group = Group(codes=lattice.of(dn), top_dn=view.top_dn, lit=lit)
+    image = blocks(group.mean, view.side)
     return _Seen(
-        figures=figures,
-        means=np.array([image.ravel() for image in images]),
-        noise=np.array([np.mean(values) for values in noise.values()]),
-        grid=(images[0].shape[0], images[0].shape[1]),
+        figures={
+            (family, lattice.name, name): value
+            for family, (function, _) in FAMILIES.items()
+            for name, value in function(group).items()
+        },
+        means=image.ravel()[None],
+        noise=np.array([group.variance]),
+        grid=(image.shape[0], image.shape[1]),
+    )
+
+
+def _all_lattices(dn: NDArray[Any], lit: bool, view: View) -> _Seen:
+    found = interpolation(inner(dn), view.lattices, lit)
+    figures = {(INTERPOLATION, "all", name): value for name, value in found.items()}
+    return _Seen(figures=figures, means=np.empty((0, 0)), noise=np.empty(0), grid=(0, 0))
+
+
+def _joined(view: View, parts: Sequence[_Seen]) -> _Seen:
+    """All of a group; lattices of one channel are averaged."""
+    channels = [lattice.channel for lattice in view.lattices]
+    places = [
+        [k for k, channel in enumerate(channels) if channel == one]
+        for one in dict.fromkeys(channels)
+    ]
+    return _Seen(
+        figures={key: value for part in parts for key, value in part.figures.items()},
+        means=np.array([np.mean([parts[k].means[0] for k in own], axis=0) for own in places]),
+        noise=np.array([np.mean([parts[k].noise[0] for k in own]) for own in places]),
+        grid=parts[0].grid,
     )
 
 

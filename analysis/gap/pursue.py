@@ -132,6 +132,14 @@ def anew(
         told: what the frames tell of it.
     """
     known = case.known
+
+    def leaves(one: Candidate) -> float:
+        """By its own errors: what makes figures scatter leaves much by those of others."""
+        return misfit(one.base, case.fit_seen, known.scenery, (*known.effects, one.effect))
+
+    best, least = found, leaves(found)
+    if least <= ENOUGH:
+        return found
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
     effect, base = found.effect, found.base
     start = told.base if told else None
@@ -159,17 +167,12 @@ def anew(
         rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}
         ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
     ways += [(as_counted, other) for other in _choices(effect)]
-
-    def leaves(one: Candidate) -> float:
-        """By its own errors: what makes figures scatter leaves much by those of others."""
-        return misfit(one.base, case.fit_seen, known.scenery, (*known.effects, one.effect))
-
-    best, least = found, leaves(found)
     for way in ways:
-        if best is found or least > ENOUGH:
-            other = calibrated(*way)
-            if (left := leaves(other)) < least:
-                best, least = other, left
+        other = calibrated(*way)
+        if (left := leaves(other)) < least:
+            best, least = other, left
+        if least <= ENOUGH:
+            break
     return best
 
 
