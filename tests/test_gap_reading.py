@@ -12,9 +12,9 @@ from scipy import ndimage
 
 from analysis.gap import jpeg_tables
 from analysis.gap.comb import exponent, histograms, white_balance
+from analysis.gap.handles import Handle, free_parameters, handles_of, moved, step_from
 from analysis.gap.hints import brightest, dwell_s, empty_bits, mains_hz
 from analysis.gap.lattices import Lattice
-from analysis.gap.nuisance import Handle, free_parameters, handles_of, moved, step_from
 from analysis.gap.repeats import fresh, repeats
 from analysis.gap.suspects import scaled, starts
 from sensor.colours import Colours

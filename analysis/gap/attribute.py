@@ -8,12 +8,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from analysis.gap.anew import MISFIT, anew
 from analysis.gap.case import Candidate, Case, candidate
 from analysis.gap.fit import SEEDS
 from analysis.gap.hints import Hints, Told
 from analysis.gap.likelihood import judged
 from analysis.gap.observe import Observation
-from analysis.gap.pursue import FINAL_SEEDS, MISFIT, anew, pursue
+from analysis.gap.pursue import FINAL_SEEDS, pursue
 from analysis.gap.suspects import (
     Evidence,
     Signature,

@@ -10,8 +10,8 @@ from analysis.gap.calibration_figures import calibration_figures
 from analysis.gap.case import Candidate
 from analysis.gap.closing import closed, untouched
 from analysis.gap.fit import Fit
+from analysis.gap.handles import Handle
 from analysis.gap.measured import Measured
-from analysis.gap.nuisance import Handle
 from analysis.gap.places import places
 from analysis.gap.report import NO_GAP, Figure, Gap, GapReport, Named, Suspect
 from analysis.gap.setting import Setting

@@ -13,9 +13,10 @@ from analysis.gap.arithmetic import IN_FRACTIONS
 from analysis.gap.base import Base, camera_of
 from analysis.gap.calibrate import before, first_guess
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
-from analysis.gap.fit import FITS, Fit, around, counted, misfit, refine
+from analysis.gap.fit import Fit, around
 from analysis.gap.follow import Watch, follow
 from analysis.gap.observe import Observation
+from analysis.gap.refine import FITS, counted, misfit, refine
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
 from analysis.gap.twin import Scenery

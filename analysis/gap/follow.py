@@ -8,14 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.gap.anew import ANEW_STEPS
 from analysis.gap.attribute import attribute, shows
 from analysis.gap.case import Candidate, Case
 from analysis.gap.closing import CERTAIN, TOO_WIDE, accounts, untouched
 from analysis.gap.conclude import Trail
-from analysis.gap.fit import Fit, around, refine
+from analysis.gap.fit import Fit, around
 from analysis.gap.hints import Hints, Told, brightest, dwell_s, mains_hz, period_px
 from analysis.gap.measured import Measured, measured
-from analysis.gap.pursue import ANEW_STEPS
+from analysis.gap.refine import refine
 from analysis.gap.room import lit_room
 from analysis.gap.setting import Setting, halves
 from analysis.gap.suspects import Signature

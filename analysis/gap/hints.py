@@ -60,6 +60,12 @@ def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
 LOUD = 0.005
 """Part of the pixels that are noisiest, of which the time constant is read."""
 
+FEWEST_OF_A_DWELL = 12
+"""Frames of a dark from which it is read."""
+
+LEAST_CORRELATION = 0.05
+"""Of a frame with the next, in what these pixels have beyond others: less is chance."""
+
 
 def dwell_s(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float | None:
     """Dwell time of a level of the noisiest pixels, if both are equally long; None of noise alone.
@@ -87,10 +93,6 @@ def dwell_s(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float | 
     if of_same <= 0 or not LEAST_CORRELATION < of_next / of_same < 1:
         return None
     return float(-2.0 * interval_s / np.log(of_next / of_same))
-
-
-FEWEST_OF_A_DWELL = 12
-LEAST_CORRELATION = 0.05
 
 
 MAINS_HZ = np.arange(45.0, 65.0, 0.02)

@@ -18,7 +18,7 @@ import numpy as np
 from analysis.gap.calibration import calibration
 from analysis.gap.case import Candidate, Case
 from analysis.gap.fit import lit_by_label, seeds_of, together, with_keys
-from analysis.gap.nuisance import free_parameters
+from analysis.gap.handles import free_parameters
 from analysis.gap.space import figure_variances, space_of
 from analysis.gap.twin import twin
 from analysis.gap.twins_spread import believed

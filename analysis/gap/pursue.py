@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from analysis.gap.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.base import Base
 from analysis.gap.case import Candidate, Case, candidate, vector
-from analysis.gap.fit import MOST_STEPS, SEEDS, counted, misfit, refine, turn
-from analysis.gap.hints import Told
-from analysis.gap.nuisance import free_parameters, step_from
+from analysis.gap.fit import SEEDS
+from analysis.gap.handles import free_parameters, step_from
 from analysis.gap.observe import Observation
+from analysis.gap.refine import turn
 from analysis.gap.suspects import (
     Evidence,
     Signature,
@@ -23,8 +22,6 @@ from analysis.gap.suspects import (
     scaled,
     signature,
     signed,
-    starts,
-    strengths,
 )
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
@@ -36,6 +33,9 @@ STRENGTH_ROUNDS = 2
 CLOSE = 0.03
 SHAPE_ROUNDS = 3
 WORTH_A_SHAPE = 6.0
+LONG = 10
+"""Whole numbers beyond this many are a scale, not a choice."""
+
 SHAPED = 0.02
 """Part of chi-squared that a round of shaping must take off."""
 
@@ -98,108 +98,6 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
             break
         best = strengthened(shaped)
     return candidate(case, best.shown, best.base, found.absorbed)
-
-
-ANEW_STEPS = 5
-
-ENOUGH = 1.05
-"""Chi-squared per coordinate, by its own errors, from which no other way is gone with a suspect."""
-
-MISFIT = 1.2
-"""Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
-
-LED_NOWHERE = 0.9
-"""Part of the misfit without a suspect that a pursuit of it must not leave."""
-
-
-def anew(
-    case: Case,
-    found: Candidate,
-    first: Effect,
-    many: Mapping[int, Observation],
-    told: Told | None = None,
-) -> Candidate:
-    """Calibrate the camera with the suspect in it, its parameters along with the base.
-
-    Where a suspect is strong, the base that was calibrated without it is far from the camera, and
-    directions that were read there lead astray.
-
-    Args:
-        case: the capture.
-        found: the suspect as it was fitted so far.
-        first: as the search for it began; taken up again where the pursuit led nowhere.
-        many: twins of the model by seed.
-        told: what the frames tell of it.
-    """
-    known = case.known
-
-    def leaves(one: Candidate) -> float:
-        """By its own errors: what makes figures scatter leaves much by those of others."""
-        return misfit(one.base, case.fit_seen, known.scenery, (*known.effects, one.effect))
-
-    best, least = found, leaves(found)
-    if least <= ENOUGH:
-        return found
-    without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
-    effect, base = found.effect, found.base
-    start = told.base if told else None
-    tuned = not (told and told.exact)
-    if start or found.misfit > LED_NOWHERE * without:
-        effect, base = first, start or known.base
-
-    def calibrated(begin: Base, with_it: Effect) -> Candidate:
-        added = (*known.effects, with_it)
-        fitted, effects = refine(
-            begin,
-            case.fit_seen,
-            known.scenery,
-            added,
-            steps=ANEW_STEPS if tuned else MOST_STEPS,
-            tuned=found.name if tuned else "",
-        )
-        shown = signature(effects[-1], known, base=fitted, seeds=FINAL_SEEDS, references=many)
-        return found if shown is None else candidate(case, shown, fitted, found.absorbed)
-
-    as_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
-    ways = [(as_counted, effect)]
-    if known.scenery.body.pixels == "rgb8":
-        # far from the camera its arithmetic cannot be seen, so both ways are gone
-        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}
-        ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
-    ways += [(as_counted, other) for other in _choices(effect)]
-    for way in ways:
-        other = calibrated(*way)
-        if (left := leaves(other)) < least:
-            best, least = other, left
-        if least <= ENOUGH:
-            break
-    return best
-
-
-def _choices(effect: Effect) -> list[Effect]:
-    """The same effect with a choice made differently, or with another of its strengths."""
-    made = [
-        dataclasses.replace(effect, **{p.name: value})
-        for p in effect.parameters()
-        if p.whole and p.maximum - p.minimum < LONG
-        for value in p.starts
-        if value != getattr(effect, p.name)
-    ]
-    others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
-    return made + [one for on, one in others.items() if on != _strengths_on(effect)]
-
-
-def _strengths_on(effect: Effect) -> frozenset[str]:
-    """Names of the strengths that are not where the effect vanishes."""
-    return frozenset(
-        p.name
-        for p in strengths(type(effect))
-        if not p.whole and getattr(effect, p.name) != p.identity
-    )
-
-
-LONG = 10
-"""Whole numbers beyond this many are a scale, not a choice."""
 
 
 def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:
