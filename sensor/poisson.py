@@ -23,8 +23,9 @@ from sensor.limits import at_least
 SMALL_MEAN = 12.0
 """Mean in e- from which the expansion is used."""
 
-_MOST = 60
-"""A count that a mean below `SMALL_MEAN` exceeds with probability below 1e-20."""
+_NEGLIGIBLE = 2.0**-26
+"""A probability that no longer changes a sum near 1. The normal number's own probability is rounded
+to 1 from 5.4 standard deviations on, which no sum passes: there the sum ends with its terms."""
 
 
 def poisson_count(mean: Any, normal: Any, least: float = 0.0) -> Any:
@@ -58,10 +59,10 @@ def small_mean_count(mean: Any, uniform: Any) -> Any:
     """Counts from uniform numbers by summing the distribution function; for small means."""
     m = dr.clip(mean, 0.0, SMALL_MEAN)
     term = dr.exp(-m)
-    active = mean < SMALL_MEAN
+    active = (mean < SMALL_MEAN) & (mean > 0.0)
 
     def go_on(count: Any, term: Any, total: Any, mean: Any) -> Any:
-        return active & (uniform >= total) & (count < _MOST)
+        return active & (uniform >= total) & (term > _NEGLIGIBLE)
 
     def step(count: Any, term: Any, total: Any, mean: Any) -> tuple[Any, Any, Any, Any]:
         count = count + 1.0

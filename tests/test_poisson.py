@@ -9,7 +9,7 @@ import pytest
 from scipy import optimize, stats
 
 from foundation.backend import backend, probe
-from sensor.poisson import SMALL_MEAN
+from sensor.poisson import SMALL_MEAN, poisson_count
 from sensor.stream import Stream
 from tests.harness import SIGNIFICANCE, assert_agree
 
@@ -92,3 +92,19 @@ def test_mixed_means_in_one_batch_each_keep_their_law() -> None:
     draws = np.asarray(stream.poisson(b.tensor(means[None])).numpy()).reshape(-1, 5)
     assert (draws[:, 0] == 0).all()
     assert_agree(draws[:, 1:].mean(0), means[1:], np.sqrt(means[1:] / len(draws)))
+
+
+@pytest.mark.parametrize("mean", [0.0, 1e-6, 0.01, 0.1, 1.0, 5.0, 11.99])
+def test_the_rarest_normal_numbers_give_rare_counts(mean: float) -> None:
+    """From 5.4 standard deviations on, the probability is 1 in single precision: no sum passes it.
+    One number in thirty million is such, and none at all counts where nothing is expected."""
+    where = backend()
+    if not where.jit:
+        pytest.skip("counts of the scalar backend are NumPy's")
+    normal = np.array([5.3, 5.4, 5.5, 6.0, 6.6], dtype=np.float32)
+    means = where.tensor(np.full(normal.shape, mean, dtype=np.float32)).array
+    counts = np.asarray(poisson_count(means, where.tensor(normal).array).numpy())
+    most = stats.poisson.isf(1e-11, mean) + 1 if mean > 0 else 0
+    least = stats.poisson.isf(1e-6, mean) if mean > 0 else 0
+    assert counts.max() <= most
+    assert counts.min() >= least
