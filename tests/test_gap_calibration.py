@@ -7,7 +7,7 @@ import pytest
 
 from analysis.bias.rounding import rounded
 from analysis.gap.agreement import agreed
-from analysis.gap.calibrate import NODES, WEIGHTS, Darks
+from analysis.gap.darks import NODES, WEIGHTS, Darks, behind_rounding
 from analysis.gap.observe import Key, Observation
 
 BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0
@@ -44,6 +44,25 @@ def test_darks_at_one_exposure_have_no_slope() -> None:
     found = Darks.of(np.array([0.008]), seen[..., 0], seen[..., 1], seen[..., 2], 255)
     assert not found.mean_dn_per_s.any()
     assert not found.variance_dn2_per_s.any()
+
+
+QUIET_DN, QUIET_FPN_DN, NEAR_A_STEP_DN = 0.19, 0.1, 5.3
+
+
+def test_two_codes_tell_a_phase_and_light_tells_the_noise() -> None:
+    """Where a dark shows two codes, its mean is Phi((black - 5.5) / noise): another black level of
+    another noise gives the same. A mean that is off by 0.002 DN moves read noise by a tenth or
+    more, and by a fiftieth where the black level is told."""
+    pixel = rounded(NEAR_A_STEP_DN + QUIET_FPN_DN * NODES, QUIET_DN, 255)
+    mean = float(WEIGHTS @ pixel.mean_dn)
+    in_time = float(WEIGHTS @ np.square(pixel.sd_dn))
+    pattern = float(WEIGHTS @ np.square(pixel.mean_dn - mean))
+    off = 0.002
+    free = behind_rounding(mean + off, in_time, pattern, 255)
+    told = behind_rounding(mean + off, in_time, pattern, 255, NEAR_A_STEP_DN)
+    assert abs(np.sqrt(free[1]) / QUIET_DN - 1) > 0.1
+    assert np.sqrt(told[1]) == pytest.approx(QUIET_DN, rel=0.02)
+    assert np.sqrt(told[2]) == pytest.approx(QUIET_FPN_DN, rel=0.05)
 
 
 KINDS, OF_A_KIND, SIGNAL = 40, 20, 12.0

@@ -27,6 +27,7 @@ from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.dark_current import DarkCurrent
+from sensor.effects.fpn import Fpn
 from sensor.effects.read_noise import ReadNoise
 from sensor.effects.row_noise import RowNoise
 from sensor.errors import CaptureError
@@ -73,6 +74,24 @@ def capture(*, rows: bool) -> Capture:
     taken = camera().plus(RowNoise(sigma_e=SIGMA_E)) if rows else camera()
     rates = {"lamp": light().rate_e_per_s}
     return record(taken.with_body(21), PROTOCOL, rates, seed=21)
+
+
+def test_a_camera_quieter_than_a_step_is_calibrated() -> None:
+    """Read noise of 0.2 DN and offsets of 0.17 DN, black near half a step: darks of two
+    codes, whose moments are those of half the noise at another black level as well."""
+    made = load("icx098").resized(HEIGHT, WIDTH)
+    gain = 0.0185
+    quiet = dataclasses.replace(made, gain_dn_per_e=Colours.of(gain), black_dn=4.35)
+    quiet = quiet.plus(
+        ReadNoise(reset_e=0.0, thermal_e=0.2 / gain, other_e=0.0), Fpn(sigma_e=0.17 / gain)
+    )
+    taken = record(quiet.with_body(3), PROTOCOL, {"lamp": light().rate_e_per_s}, seed=3)
+    setting = look(taken, {"lamp": light()})
+    assert setting is not None
+    known = calibrated(setting, None)
+    assert np.sqrt(known.base.read_dn2) == pytest.approx(0.2, rel=0.15)
+    assert np.sqrt(known.base.fpn_dn2) == pytest.approx(0.17, rel=0.15)
+    assert measured(known, setting.seen).whole.p_value > 0.01
 
 
 @functools.cache

@@ -8,7 +8,7 @@ from scipy import stats
 
 from analysis.bias.rounding import rounded
 from analysis.gap.arithmetic import arithmetic_of
-from analysis.gap.calibrate import NODES, WEIGHTS, behind_rounding
+from analysis.gap.darks import NODES, WEIGHTS, behind_rounding
 from analysis.gap.hints import period_px
 from analysis.gap.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.light import Light

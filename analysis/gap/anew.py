@@ -13,7 +13,7 @@ from analysis.gap.case import Candidate, Case, candidate
 from analysis.gap.hints import Told
 from analysis.gap.observe import Observation
 from analysis.gap.pursue import FINAL_SEEDS, LONG
-from analysis.gap.refine import MOST_STEPS, counted, misfit, refine
+from analysis.gap.refine import MOST_STEPS, counted, refine, refined
 from analysis.gap.suspects import signature, starts, strengths
 from sensor.effect import Effect
 
@@ -50,11 +50,9 @@ def anew(
     """
     known = case.known
 
-    def leaves(one: Candidate) -> float:
-        """By its own errors: what makes figures scatter leaves much by those of others."""
-        return misfit(one.base, case.fit_seen, known.scenery, (*known.effects, one.effect))
-
-    best, least = found, leaves(found)
+    # by its own errors: what makes figures scatter leaves much by those of others
+    best = found
+    least = refined(found.base, case.fit_seen, known.scenery, (*known.effects, found.effect)).misfit
     if least <= ENOUGH:
         return found
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
@@ -64,18 +62,21 @@ def anew(
     if start or found.misfit > LED_NOWHERE * without:
         effect, base = first, start or known.base
 
-    def calibrated(begin: Base, with_it: Effect) -> Candidate:
-        added = (*known.effects, with_it)
-        fitted, effects = refine(
+    def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, float]:
+        fitted = refine(
             begin,
             case.fit_seen,
             known.scenery,
-            added,
+            (*known.effects, with_it),
             steps=ANEW_STEPS if tuned else MOST_STEPS,
             tuned=found.name if tuned else "",
         )
-        shown = signature(effects[-1], known, base=fitted, seeds=FINAL_SEEDS, references=many)
-        return found if shown is None else candidate(case, shown, fitted, found.absorbed)
+        shown = signature(
+            fitted.effects[-1], known, base=fitted.base, seeds=FINAL_SEEDS, references=many
+        )
+        if shown is None:
+            return found, least
+        return candidate(case, shown, fitted.base, found.absorbed), fitted.misfit
 
     as_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
     ways = [(as_counted, effect)]
@@ -85,8 +86,8 @@ def anew(
         ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
     ways += [(as_counted, other) for other in _choices(effect)]
     for way in ways:
-        other = calibrated(*way)
-        if (left := leaves(other)) < least:
+        other, left = calibrated(*way)
+        if left < least:
             best, least = other, left
         if least <= ENOUGH:
             break

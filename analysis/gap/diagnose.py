@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from analysis.gap.arithmetic import IN_FRACTIONS
-from analysis.gap.base import Base, camera_of
+from analysis.gap.base import camera_of
 from analysis.gap.calibrate import before, first_guess
 from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
+from analysis.gap.darks import Darks, darks_by_light, darks_of
 from analysis.gap.fit import Fit, around
 from analysis.gap.follow import Watch, follow
-from analysis.gap.observe import Observation
-from analysis.gap.refine import FITS, counted, misfit, refine
+from analysis.gap.refine import Refined, counted, refine
 from analysis.gap.report import GapReport
 from analysis.gap.setting import Setting, halves, look, too_little
-from analysis.gap.twin import Scenery
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
@@ -29,49 +28,37 @@ from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture
 
+ROUNDED_DN = 0.5
+"""Noise of darks below which their moments do not tell how much of it there is."""
+
 
 def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     """The base camera of a capture, from the frames that fit."""
     fit_half, _ = halves(setting.seen)
-    start = first_guess(fit_half, setting.scenery, nominal, setting.black_dn, setting.arithmetic)
-    if setting.white_balance is not None:
-        start = before(setting.white_balance, start)
+    scenery, balance = setting.scenery, setting.white_balance
     # what is calibrated is so whatever the camera says of it
-    own = (BlackLevelOffset, WhiteBalance) if setting.white_balance else (BlackLevelOffset,)
+    own = (BlackLevelOffset, WhiteBalance) if balance is not None else (BlackLevelOffset,)
     effects = tuple(
         e
         for e in (nominal.effects if nominal is not None else ())
         if not e.base and not isinstance(e, own)
     )
-    base, _ = refine(start, fit_half, setting.scenery, effects)
-    longest_s = max(shot.exposure_s for shot in setting.scenery.shots)
-    if base.dark_e_per_s * longest_s * float(base.gain_dn_per_e.max()) > LEAST_SHOWN_DN:
-        without = dataclasses.replace(start, dark_e_per_s=0.0)
-        base = _better(base, without, fit_half, setting.scenery, effects)
+
+    def fitted(dark: Darks) -> Refined:
+        start = first_guess(fit_half, scenery, nominal, dark, setting.arithmetic)
+        start = before(balance, start) if balance is not None else start
+        return refine(start, fit_half, scenery, effects)
+
+    dark = darks_of(fit_half, scenery, setting.black_dn)
+    best = fitted(dark)
+    by_light = darks_by_light(fit_half, scenery) if dark.noise_dn < ROUNDED_DN else None
+    if by_light is not None:
+        best = min(best, fitted(by_light), key=lambda one: one.deviance)
     if setting.arithmetic == IN_FRACTIONS:
-        other = counted(base, fit_half, setting.scenery, effects)
-        if other is not base:
-            base, _ = refine(other, fit_half, setting.scenery, effects)
-    return around(base, setting.scenery, effects)
-
-
-LEAST_SHOWN_DN = 0.05
-"""What dark current adds to the longest shot, from which it may be what rounding looks like."""
-
-
-def _better(
-    base: Base, start: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect]
-) -> Base:
-    """The base, or where it does not fit the one that another start leads to, if that is better.
-
-    Below half a code of noise, rounding makes the variance of darks grow and fall with their mean
-    just as a dark current would.
-    """
-    left = misfit(base, seen, scenery, effects)
-    if left < FITS:
-        return base
-    other, _ = refine(start, seen, scenery, effects)
-    return other if misfit(other, seen, scenery, effects) < left else base
+        other = counted(best.base, fit_half, scenery, effects)
+        if other is not best.base:
+            best = refine(other, fit_half, scenery, effects)
+    return around(best.base, scenery, effects)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

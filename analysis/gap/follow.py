@@ -206,10 +206,10 @@ def _alone(setting: Setting, step: _Step) -> _Step:
     """The same with the last of its effects alone, calibrated anew."""
     last = step.model.effects[-1]
     fit_half, _ = halves(setting.seen)
-    base, effects = refine(
+    found = refine(
         step.model.base, fit_half, setting.scenery, (last,), steps=ANEW_STEPS, tuned=last.name
     )
-    model = around(base, setting.scenery, effects)
+    model = around(found.base, setting.scenery, found.effects)
     left = measured(model, setting.seen)
     fits = left.whole.p_value >= SIGNIFICANCE
     return _Step(choice=step.choice, model=model, left=left, ends=fits)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from analysis.gap.calibrate import ROUNDING_DN2
+from analysis.gap.darks import ROUNDING_DN2
 
 Floats = NDArray[np.float64]
 

@@ -52,6 +52,59 @@ A_LONG_WAY = 0.8
 MOST_GAIN_STEP = 0.4
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Refined:
+    """A camera, and its difference from a capture.
+
+    Attributes:
+        base, effects: the camera.
+        space: where the difference has units of standard errors.
+        gap: the difference.
+    """
+
+    base: Base
+    effects: tuple[Effect, ...]
+    space: Space
+    gap: Floats
+
+    @property
+    def chi2(self) -> float:
+        """Chi-squared of the difference."""
+        return float(self.gap @ self.gap)
+
+    @property
+    def misfit(self) -> float:
+        """Chi-squared per coordinate: about 1 where it fits."""
+        return self.chi2 / len(self.gap)
+
+    @property
+    def deviance(self) -> float:
+        """-2 log likelihood, up to a constant: chi-squared, and what a wide picture pays for it.
+
+        Fixed pattern noise widens the errors of every block. By chi-squared alone too much of it
+        would fit best.
+        """
+        return self.chi2 + self.space.log_determinant_of_blocks
+
+
+def refined(
+    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
+) -> Refined:
+    """A camera against a capture, by a few twins.
+
+    Args:
+        base: calibrated, or on its way.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+    """
+    bodies = twins(scenery, base, STEP_TWINS, effects)
+    both = with_keys(seen, bodies.keys)
+    variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
+    space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
+    return Refined(base=base, effects=tuple(effects), space=space, gap=space.of(both))
+
+
 def refine(
     start: Base,
     seen: Observation,
@@ -60,7 +113,7 @@ def refine(
     *,
     steps: int = MOST_STEPS,
     tuned: str = "",
-) -> tuple[Base, tuple[Effect, ...]]:
+) -> Refined:
     """Gauss-Newton on the knobs against simulated frames: the base whose twins look like these.
 
     Args:
@@ -70,34 +123,27 @@ def refine(
         effects: what the camera has besides.
         steps: iterations at most.
         tuned: name of the effect whose parameters are fitted along.
-
-    Returns:
-        The base, and the effects.
     """
 
-    def at(base: Base, effects: tuple[Effect, ...]) -> _Point:
-        space, gap = _gap(base, seen, scenery, effects)
-        return _Point(base=base, effects=effects, space=space, gap=gap, chi2=float(gap @ gap))
-
-    def stepped(point: _Point) -> tuple[Base, tuple[Effect, ...]]:
+    def stepped(point: Refined) -> Refined:
         amounts = calibration(point.space, ways).amounts(point.gap)
-        effects = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
-        return turn(point.base, ways, amounts), tuple(effects)
+        moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
+        return refined(turn(point.base, ways, amounts), seen, scenery, tuple(moved_on))
 
-    def promised(point: _Point) -> float:
+    def promised(point: Refined) -> float:
         left = calibration(point.space, ways).left(point.gap)
         return point.chi2 - float(left @ left)
 
-    best = read_at = at(start, tuple(effects))
+    best = read_at = refined(start, seen, scenery, effects)
     ways = _directions(best.base, scenery, best.effects)
     slow = 0
-    for _ in range(steps - 1):
-        next_one = at(*stepped(best))
-        count, fall = len(next_one.gap), best.chi2 - next_one.chi2
+    for _ in range(steps):
+        next_one = stepped(best)
+        count, fall = len(next_one.gap), best.deviance - next_one.deviance
         if fall <= 0:
             # uphill: these directions are not those of this place, if they promise anything
             if best is read_at or promised(best) < STUCK * best.chi2:
-                return best.base, best.effects
+                break
             ways, read_at = _directions(best.base, scenery, best.effects), best
             continue
         slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
@@ -106,18 +152,7 @@ def refine(
             break
         if FITS * count < best.chi2 < A_LONG_WAY * read_at.chi2:
             ways, read_at = _directions(best.base, scenery, best.effects), best
-    return stepped(best)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Point:
-    """A camera, and its difference from a capture."""
-
-    base: Base
-    effects: tuple[Effect, ...]
-    space: Space
-    gap: Floats
-    chi2: float
+    return best
 
 
 def _least_fall(chi2: float, count: int) -> float:
@@ -126,20 +161,6 @@ def _least_fall(chi2: float, count: int) -> float:
     if excess < 0:
         return CLOSE * chi2
     return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))
-
-
-def misfit(
-    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
-) -> float:
-    """Chi-squared of a base per coordinate: about 1 where it fits.
-
-    Args:
-        base: calibrated.
-        seen: the frames that fit.
-        scenery: their light and shots.
-        effects: what the camera has besides.
-    """
-    return float(np.square(_gap(base, seen, scenery, effects)[1]).mean())
 
 
 def counted(
@@ -159,25 +180,15 @@ def counted(
     if scenery.body.pixels != "rgb8":
         return base
 
-    best, least = base, misfit(base, seen, scenery, effects)
-    if least < FAR:
+    as_it_is = refined(base, seen, scenery, effects)
+    if as_it_is.misfit < FAR:
         return base
-    for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES):
-        other = dataclasses.replace(base, arithmetic=rule)
-        if (now := misfit(other, seen, scenery, effects)) < least:
-            best, least = other, now
-    return best
-
-
-def _gap(
-    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect]
-) -> tuple[Space, Floats]:
-    """The difference of a capture from a few twins, and the space it is in."""
-    bodies = twins(scenery, base, STEP_TWINS, effects)
-    both = with_keys(seen, bodies.keys)
-    variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
-    space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
-    return space, space.of(both)
+    others = (
+        refined(dataclasses.replace(base, arithmetic=rule), seen, scenery, effects)
+        for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES)
+        if rule != base.arithmetic
+    )
+    return min([as_it_is, *others], key=lambda one: one.chi2).base
 
 
 def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Directions:

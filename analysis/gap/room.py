@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
-from analysis.gap.calibrate import darks_of, first_guess
+from analysis.gap.calibrate import first_guess
+from analysis.gap.darks import darks_of
 from analysis.gap.hints import Told
 from analysis.gap.setting import Setting, halves
 from sensor.colours import CHANNELS, Colours
@@ -29,7 +30,7 @@ def lit_room(setting: Setting) -> Told | None:
     if len(fit_half.channels) == 1:
         return None
     dark = darks_of(fit_half, setting.scenery, setting.black_dn)
-    base = first_guess(fit_half, setting.scenery, None, setting.black_dn, setting.arithmetic)
+    base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
     longest_s = max((s.exposure_s for s in setting.scenery.shots if s.dark), default=0.0)
     rate = dark.mean_dn_per_s / base.gain_dn_per_e
     if (dark.mean_dn_per_s * longest_s).max() < SEEN_DN or rate.min() < 0:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.arithmetic import arithmetic_of
 from analysis.gap.base import Body
-from analysis.gap.calibrate import black_of
 from analysis.gap.comb import exponent, histograms, white_balance
+from analysis.gap.darks import black_of
 from analysis.gap.hints import Told, empty_bits
 from analysis.gap.jpeg_tables import quality
 from analysis.gap.lattices import BORDER_PX, Lattice, lattices_of

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.gap.base import Base
 from analysis.gap.calibrate import first_guess
+from analysis.gap.darks import darks_of
 from analysis.gap.hints import Told
 from analysis.gap.observe import observe
 from analysis.gap.setting import Setting, black_of_frames, halves
@@ -33,8 +34,8 @@ def unbent(setting: Setting, told: Told) -> Base:
     ]
     seen = observe((stack_of(f, setting.plan) for f in frames), setting.scenery.view)
     fit_half, _ = halves(seen)
-    black_dn = black_of_frames(frames)
-    return first_guess(fit_half, setting.scenery, None, black_dn, setting.arithmetic)
+    dark = darks_of(fit_half, setting.scenery, black_of_frames(frames))
+    return first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
 
 
 def _through(frames: Frames, exponent: float) -> Frames:
