@@ -57,6 +57,10 @@ _QUANTITY = {
 }
 
 
+OCTAVES = 100.0
+"""Identity over default from which a parameter is told in octaves."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
     """One parameter of an effect, as the catalogue shows it.
@@ -83,6 +87,20 @@ class Parameter:
     doc: str
     whole: bool = False
     starts: tuple[float, ...] = ()
+
+    @property
+    def in_octaves(self) -> bool:
+        """Whether its identity is so far that the way there is told in octaves: a full well, a
+        threshold.
+        """
+        return self.identity is not None and self.identity > OCTAVES * max(abs(self.default), 1e-9)
+
+    def away(self, value: float, factor: float) -> float:
+        """A value so many times as far from the identity, inside the range."""
+        assert self.identity is not None, "a strength has a value at which the effect vanishes"
+        if self.in_octaves and value > 0:
+            return self.clipped(self.identity * (value / self.identity) ** factor)
+        return self.clipped(self.identity + factor * (value - self.identity))
 
     def clipped(self, value: float) -> float:
         """The value of the range that is nearest."""

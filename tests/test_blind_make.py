@@ -17,7 +17,7 @@ from camtruth.blind.errors import BlindError
 from camtruth.blind.format import CASES, NOMINAL, TRUTH, beside, open_seal, read_set
 from camtruth.blind.making import make
 from camtruth.blind.ruler import Ruler, battery, make_ruler
-from camtruth.blind.severity import at_strength
+from camtruth.blind.severity import NEAR, at_strength, dressed_own
 from camtruth.blind.splitting import split
 from camtruth.blind.unsure import Rates
 from foundation.output import CHECKSUMS, sha256
@@ -27,8 +27,10 @@ from render.rate import RateImage
 from scenes.scene import load as load_scene
 from sensor import camera_file, protocol
 from sensor.camera import Camera
+from sensor.camera_file import load
 from sensor.capture_folder import read_capture
 from sensor.catalogue import catalogue
+from sensor.effects.blooming import Blooming
 from sensor.effects.row_noise import RowNoise
 from sensor.protocol import Protocol, Shot
 from sensor.record import record
@@ -276,6 +278,23 @@ def test_a_baseline_answers_with_what_it_may_suspect(
     assert {c["name"] for c in found["candidates"]} == {"row_noise", "column_fpn"}
     assert sum(c["probability"] for c in found["candidates"]) == pytest.approx(1.0)
     json.dumps(found, allow_nan=False)
+
+
+@pytest.mark.parametrize("brightest_e", [13_500.0, 9_000.0, 2_000.0])
+def test_what_begins_at_a_threshold_gets_the_severity_that_was_wanted(brightest_e: float) -> None:
+    """Above the brightest pixel a full well does nothing, and soon below it everything: the
+    strength between is found, and not the end of the range."""
+
+    def probe(camera: Camera) -> tuple[float, float]:
+        held = camera.get(Blooming)
+        assert isinstance(held, Blooming)
+        return max(0.0, (brightest_e - held.full_well_e) / 100.0), 0.0
+
+    found = dressed_own(load("icx098"), Blooming(), 6.0, probe)
+    assert 6.0 / NEAR < found.severity < 6.0 * NEAR
+    full_well_e = found.parameters["full_well_e"]
+    assert isinstance(full_well_e, float)
+    assert brightest_e - full_well_e < 100.0 * 6.0 * NEAR
 
 
 def test_severity_is_the_power_of_a_linear_test() -> None:

@@ -9,6 +9,8 @@ import numpy as np
 from analysis.gap.case import Candidate
 from analysis.gap.distance import Distance
 from analysis.gap.measured import Measured
+from analysis.gap.observe import Key
+from analysis.gap.twins_spread import believed
 
 TOO_WIDE = -0.3
 """G below which a model expects far more than these frames show: one body of it would not be so
@@ -34,17 +36,39 @@ def closed(before: float, after: float, floor: float = 0.0) -> float:
     return (before - after) / (before - floor) if before != floor else 0.0
 
 
-def accounts(found: Candidate, now: Measured) -> bool:
-    """Whether it is the suspect's own signature that closes the gap.
+def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
+    """Whether it is the suspect's own doing that closes the gap, and not the width it gives to all.
+
+    Its signature takes a part of the gap off; or, if it makes noise in time scatter, which by the
+    errors of a model without it leaves more than there was, the frames are likelier with it.
 
     Args:
         found: the suspect.
-        now: the capture against the model without it.
+        now, after: the capture against the models without it and with it.
     """
     gap = now.held.total
     expected = float(now.case.fitting.spread.expected.sum())
     taken = float(np.square(now.case.fit_left).sum()) / expected - found.misfit
-    return gap < LARGE or taken > LEAST_PART * gap
+    whole = float(now.rod.spread.expected.sum())
+    likelier = _fall_in_time(_deviance_in_time(now), _deviance_in_time(after)) / whole
+    return gap < LARGE or max(taken, likelier) > LEAST_PART * gap
+
+
+def _deviance_in_time(one: Measured) -> dict[Key, float]:
+    """-2 log likelihood of each figure of noise in time, by the model's own errors."""
+    space, spread = one.rod.turned.space, one.rod.spread
+    z = believed(one.left[: len(space.keys)], len(spread.residuals))
+    figures = np.square(z) + 2.0 * np.log(space.spread)
+    return {
+        key: float(figure)
+        for key, figure, in_body in zip(space.keys, figures, spread.in_body, strict=False)
+        if not in_body
+    }
+
+
+def _fall_in_time(before: Mapping[Key, float], after: Mapping[Key, float]) -> float:
+    """By how much it falls, over the figures that both models have."""
+    return sum(before[key] - after[key] for key in before if key in after)
 
 
 WORTH_CLOSING = 0.02

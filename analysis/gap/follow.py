@@ -177,7 +177,7 @@ def _confirmed(
     best = choice.best
     watch(f"confirming {best.name}")
     added, left = _with_it(setting, model, best)
-    by_width = left.held.total < TOO_WIDE or not accounts(best, now)
+    by_width = left.held.total < TOO_WIDE or not accounts(best, now, left)
     if later and (by_width or left.held.total > CLOSES_LITTLE * now.held.total):
         return None
     fits = left.whole.p_value >= SIGNIFICANCE
@@ -191,7 +191,7 @@ def _confirmed(
         watch(f"confirming {other.name} instead")
         instead, left_by_it = _with_it(setting, model, other)
         closes = left_by_it.whole.p_value >= enough and left_by_it.held.total > TOO_WIDE
-        if closes and accounts(other, now):
+        if closes and accounts(other, now, left_by_it):
             return _Step(choice=named.instead(other), model=instead, left=left_by_it, ends=True)
     return None if by_width else step
 

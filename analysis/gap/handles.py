@@ -83,7 +83,7 @@ def step_from(value: float, p: Parameter, times: float = 1.0) -> float:
 
     Up where there is room, or else to the side that has more.
     """
-    size = abs(value - p.identity) if p.identity is not None and p.identity < 1e6 else abs(value)
+    size = abs(value) if p.identity is None or p.in_octaves else abs(value - p.identity)
     step = times * 0.1 * (size or 0.1 * (p.maximum - p.minimum))
     up, down = min(step, p.maximum - value), min(step, value - p.minimum)
     return up if up == step or up > down else -down

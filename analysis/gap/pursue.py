@@ -91,7 +91,7 @@ def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Cand
     best = _coloured(case, _balanced(case, best, response, attempt), attempt)
     for _ in range(SHAPE_ROUNDS):
         free = free_parameters(best.effect)
-        if len(free) < 2:
+        if not free:
             break
         shaped = _reshaped(case, best, free, attempt)
         if shaped.chi2 > best.chi2 - max(WORTH_A_SHAPE, SHAPED * best.chi2):

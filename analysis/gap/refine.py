@@ -37,6 +37,9 @@ STUCK_OF_EXCESS = 0.1
 LEAST_FALL = 0.005
 """Part of chi-squared that no step is worth, wherever it is."""
 
+SHORTER = (0.4, 0.15)
+"""Parts of a step that are tried where all of it leads uphill."""
+
 PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
 
@@ -125,8 +128,8 @@ def refine(
         tuned: name of the effect whose parameters are fitted along.
     """
 
-    def stepped(point: Refined) -> Refined:
-        amounts = calibration(point.space, ways).amounts(point.gap)
+    def stepped(point: Refined, part: float = 1.0) -> Refined:
+        amounts = part * calibration(point.space, ways).amounts(point.gap)
         moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
         return refined(turn(point.base, ways, amounts), seen, scenery, tuple(moved_on))
 
@@ -139,13 +142,18 @@ def refine(
     slow = 0
     for _ in range(steps):
         next_one = stepped(best)
-        count, fall = len(next_one.gap), best.deviance - next_one.deviance
-        if fall <= 0:
-            # uphill: these directions are not those of this place, if they promise anything
-            if best is read_at or promised(best) < STUCK * best.chi2:
+        if next_one.deviance >= best.deviance:
+            # uphill: too far, or these directions are not those of this place
+            if promised(best) < STUCK * best.chi2:
                 break
-            ways, read_at = _directions(best.base, scenery, best.effects), best
-            continue
+            shorter = (stepped(best, part) for part in SHORTER)
+            next_one = next((one for one in shorter if one.deviance < best.deviance), best)
+            if next_one is best and best is read_at:
+                break
+            if next_one is best:
+                ways, read_at = _directions(best.base, scenery, best.effects), best
+                continue
+        count, fall = len(next_one.gap), best.deviance - next_one.deviance
         slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
         best = next_one
         if slow > (PATIENCE if best.chi2 > FAR * count else 0):

@@ -29,9 +29,6 @@ from sensor.effect import Effect, Parameter
 
 Floats = NDArray[np.float64]
 
-LOGARITHMIC = 100.0
-"""An identity this many times the default is reached in octaves: a full well, a threshold."""
-
 MOST_CHOICES = 5
 """Whole numbers that are each tried."""
 
@@ -202,20 +199,10 @@ def scaled(effect: Effect, factor: float) -> Effect:
         if p.identity is None or p.whole:
             continue
         if isinstance(value, Colours):
-            values[p.name] = value.map(functools.partial(_moved, p, factor))
+            values[p.name] = value.map(functools.partial(p.away, factor=factor))
         elif isinstance(value, float):
-            values[p.name] = _moved(p, factor, value)
+            values[p.name] = p.away(value, factor)
     return dataclasses.replace(effect, **values)
-
-
-def _moved(p: Parameter, factor: float, value: float) -> float:
-    """So many times as far from where the effect vanishes, inside the range."""
-    assert p.identity is not None, "a strength has a value at which the effect vanishes"
-    if value > 0 and p.identity > LOGARITHMIC * max(abs(p.default), 1e-9):
-        moved = p.identity * (value / p.identity) ** factor
-    else:
-        moved = p.identity + factor * (value - p.identity)
-    return p.clipped(moved)
 
 
 def response_of(tried: Sequence[tuple[float, float]], before: float) -> float:

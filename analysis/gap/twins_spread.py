@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.gap.fit import Fit, fair
-from analysis.gap.observe import IMAGE, OF_A_BODY
+from analysis.gap.observe import IMAGE, OF_A_BODY, Key
 from analysis.gap.space import PRIOR_FREEDOM
 
 Floats = NDArray[np.float64]
@@ -24,6 +25,7 @@ class Spread:
 
     Attributes:
         families: family of each coordinate.
+        in_body: whether it is of what stays from frame to frame.
         names: the families.
         expected: chi-squared that a twin has of each family.
         variance: of that chi-squared.
@@ -33,6 +35,7 @@ class Spread:
     """
 
     families: NDArray[np.str_]
+    in_body: NDArray[np.bool_]
     names: tuple[str, ...]
     expected: Floats
     variance: Floats
@@ -66,20 +69,30 @@ def spread_of(known: Fit) -> Spread:
     variance = ((count - 1) * squares.var(axis=0, ddof=1) + BORROWED * usual) / (
         count - 1 + BORROWED
     )
-    body = np.isin(families, [IMAGE, *OF_A_BODY])
+    # twins are one group of frames; of a capture's many, what is left is one body in every shot
+    alike = np.array([_times_shown(one.space.keys, name) for name in names])
+    variance = np.maximum(variance, 2.0 * expected * alike)
+    in_body = np.isin(families, [IMAGE, *OF_A_BODY])
     columns = np.array(
         [one.space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
     )
     shown = np.square(columns)
     return Spread(
         families=families,
+        in_body=in_body,
         names=names,
         expected=expected,
         variance=np.maximum(variance, 1e-12),
         residuals=residuals,
         amounts=np.array([one.amounts(difference) for difference in differences]),
-        of_body=shown[:, body].sum(axis=1) / np.maximum(shown.sum(axis=1), 1e-300),
+        of_body=shown[:, in_body].sum(axis=1) / np.maximum(shown.sum(axis=1), 1e-300),
     )
+
+
+def _times_shown(keys: Sequence[Key], family: str) -> float:
+    """Shots in which a figure of a body is seen, in the mean; 0 of others, which differ in each."""
+    own = [key for key in keys if key.family == family and family in OF_A_BODY]
+    return len(own) / len({(key.lattice, key.statistic) for key in own}) if own else 0.0
 
 
 def believed(z: Floats, count: int) -> Floats:

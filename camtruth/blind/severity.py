@@ -18,14 +18,17 @@ from sensor.effect import Effect, Parameter
 from sensor.protocol import Protocol
 from sensor.record import record
 
-TRIES = 4
+TRIES = 8
 NEAR = 1.25
 """A severity within this factor of the wanted one will do."""
 
-LONGEST_STEP = 8.0
-FAR = 1e4
-"""An identity this many times the default is approached in its logarithm."""
+LEAST = 1e-3
+"""Severity of what does not show."""
 
+INSIDE = 0.1
+"""Part of the way, in logarithms, that a try keeps from both ends of what is left."""
+
+LONGEST_STEP = 8.0
 PROBES = (101, 202)
 """Random numbers and bodies of the two signatures, not those of the case."""
 
@@ -70,18 +73,13 @@ def _plain(effect: Effect) -> dict[str, Any]:
 
 
 def _moved(p: Parameter, start: float, value: float, factor: float) -> float:
-    if factor == 1:
+    if factor == 1 or (p.whole and p.maximum - p.minimum < 4):
         return value  # to the last digit
-    if value > 0 and start > FAR * value:
-        moved = start * (value / start) ** factor
-    else:
-        moved = start + factor * (value - start)
-    if p.whole and p.maximum - p.minimum >= 4:
-        moved = round(moved)
-        moved = moved - 1 if moved == start == p.maximum else moved
-        moved = moved + 1 if moved == start == p.minimum else moved
-    elif p.whole:
-        moved = value
+    if not p.whole:
+        return p.away(value, factor)
+    moved = round(start + factor * (value - start))
+    moved = moved - 1 if moved == start == p.maximum else moved
+    moved = moved + 1 if moved == start == p.minimum else moved
     return p.clipped(moved)
 
 
@@ -104,21 +102,28 @@ class Probe:
         return self.ruler.severity(first, second), self.ruler.absorbed(first)
 
 
-def dressed_own(camera: Camera, effect: Effect, target: float, probe: Probe) -> Dressed:
+Made = tuple[Camera, dict[str, float | dict[str, float]]]
+"""A camera with an effect, and the effect's parameters."""
+
+Probing = Callable[[Camera], tuple[float, float]]
+"""Severity and absorbed part of a camera's effect."""
+
+
+def dressed_own(camera: Camera, effect: Effect, target: float, probe: Probing) -> Dressed:
     """A camera with an effect of the catalogue as severe as wanted, as far as its range goes."""
 
-    def made(factor: float) -> tuple[Camera, dict[str, float | dict[str, float]]]:
+    def made(factor: float) -> Made:
         worn = at_strength(effect, factor)
         return camera.plus(worn), worn.values()
 
     return _searched(made, target, probe, 1.0, 1e-4, 1e4)
 
 
-def dressed_outside(camera: Camera, outsider: Outsider, target: float, probe: Probe) -> Dressed:
+def dressed_outside(camera: Camera, outsider: Outsider, target: float, probe: Probing) -> Dressed:
     """The same with an effect from elsewhere."""
     low, high = outsider.weakest, outsider.strongest
 
-    def made(strength: float) -> tuple[Camera, dict[str, float | dict[str, float]]]:
+    def made(strength: float) -> Made:
         return wear(camera, outsider, strength), {"strength": strength}
 
     start = high if outsider.choice else math.sqrt(max(low, high / 1e3) * high)
@@ -126,36 +131,61 @@ def dressed_outside(camera: Camera, outsider: Outsider, target: float, probe: Pr
 
 
 def _searched(
-    made: Callable[[float], tuple[Camera, dict[str, float | dict[str, float]]]],
+    made: Callable[[float], Made],
     target: float,
-    probe: Probe,
+    probe: Probing,
     start: float,
     low: float,
     high: float,
 ) -> Dressed:
-    """Secant search in logarithms; severity rises with the strength, or with its square."""
+    """Secant search in logarithms, inside of what is known to be too little and too much."""
     tried: list[tuple[float, Dressed]] = []
-    at, slope = start, 1.0
+    at = start
     for _ in range(TRIES):
         camera, parameters = made(at)
-        if tried and parameters == tried[-1][1].parameters:
+        if any(parameters == one.parameters for _, one in tried):
             break  # a choice, or the end of the range
         severity, absorbed = probe(camera)
         found = Dressed(camera=camera, parameters=parameters, severity=severity, absorbed=absorbed)
         tried.append((at, found))
-        if max(severity, 1e-3) / target < NEAR and target / max(severity, 1e-3) < NEAR:
+        if _off(found, target) < math.log(NEAR):
             break
-        if len(tried) > 1:
-            (a, one), (b, two) = tried[-2:]
-            rise = math.log(max(two.severity, 1e-3) / max(one.severity, 1e-3))
-            run = math.log(b / a) if a > 0 and b > 0 and a != b else 0.0
-            slope = min(3.0, max(0.5, rise / run)) if run else 1.0
-        step = (target / max(severity, 1e-3)) ** (1 / slope)
-        further = at * min(LONGEST_STEP**2, max(1 / LONGEST_STEP**2, step))
-        further = min(high, max(low, further))
-        if further == at:
-            break
-        at = further
-    return min(
-        (found for _, found in tried), key=lambda f: abs(math.log(max(f.severity, 1e-3) / target))
-    )
+        at = _between(made, tried, target, min(high, max(low, _secant(tried, target))))
+    return min((found for _, found in tried), key=lambda one: _off(one, target))
+
+
+def _off(found: Dressed, target: float) -> float:
+    """By how much a severity is not the wanted one, as a logarithm."""
+    return abs(math.log(max(found.severity, LEAST) / target))
+
+
+def _secant(tried: list[tuple[float, Dressed]], target: float) -> float:
+    """Where the last two tries point to; severity rises with the strength, or with its square."""
+    at, found = tried[-1]
+    slope = 1.0
+    if len(tried) > 1:
+        (a, one), (b, two) = tried[-2:]
+        rise = math.log(max(two.severity, LEAST) / max(one.severity, LEAST))
+        slope = min(3.0, max(0.5, rise / math.log(b / a)))
+    step = float((target / max(found.severity, LEAST)) ** (1 / slope))
+    return at * min(LONGEST_STEP**2, max(1 / LONGEST_STEP**2, step))
+
+
+def _between(
+    made: Callable[[float], Made], tried: list[tuple[float, Dressed]], target: float, at: float
+) -> float:
+    """A strength well inside of what was too little and what was too much, once both are known.
+
+    What begins at a threshold has no slope on one side of it, and the end of a range is the same
+    for many strengths.
+    """
+    little = max((a for a, one in tried if one.severity < target), default=0.0)
+    much = min((a for a, one in tried if one.severity > target), default=math.inf)
+    if not 0.0 < little < much < math.inf:
+        return at
+    if not INSIDE < math.log(at / little) / math.log(much / little) < 1 - INSIDE:
+        at = math.sqrt(little * much)
+    too_much = [one.parameters for a, one in tried if a == much]
+    while made(at)[1] in too_much and at / little > 1 + 1e-6:
+        at = math.sqrt(little * at)
+    return at
