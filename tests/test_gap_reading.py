@@ -19,6 +19,7 @@ from analysis.gap.repeats import fresh, repeats
 from analysis.gap.suspects import scaled, starts
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.frames import Frames
 from sensor.protocol import Shot
@@ -176,6 +177,18 @@ def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:
     assert repeats(dn).tolist() == [False, False, True, False, False, True, True, False]
     assert fresh(dn, 7).ravel().tolist() == [0, 1, 2, 3, 4, 0, 1]
     assert fresh(dn[[0, 1, 3]], 2).ravel().tolist() == [0, 1]
+
+
+def test_a_threshold_is_moved_in_octaves() -> None:
+    """Its identity is ten thousand times away: half of the way there is a root, and a step of the
+    difference quotient is a part of the threshold itself."""
+    threshold = next(p for p in DefectCorrection.parameters() if p.identity is not None)
+    assert threshold.in_octaves
+    assert threshold.away(6.0, 0.5) == pytest.approx(np.sqrt(6.0 * 65536.0))
+    assert threshold.away(6.0, 1.0) == pytest.approx(6.0)
+    assert abs(step_from(6.0, threshold)) == pytest.approx(0.6)
+    share = next(p for p in SpecularGlare.parameters() if p.identity is not None)
+    assert not share.in_octaves
 
 
 def test_a_step_of_a_parameter_stays_in_its_range() -> None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from analysis.gap.base import Base
 from analysis.gap.case import Candidate
-from analysis.gap.closing import left_as_they_were
+from analysis.gap.closing import accounts, left_as_they_were
 from analysis.gap.distance import Distance
+from analysis.gap.observe import Key
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict import (
     LEAST_SCORE,
@@ -150,6 +153,42 @@ def test_every_confusion_names_effects_that_exist() -> None:
         assert names <= set(catalogue()), names
         assert text
     assert "dark" in next_capture(["row_noise", "black_level_drift"])
+
+
+def against(spread: float, seen: np.ndarray, gap: float, *, of_body: bool) -> Any:
+    """A capture whose figures are off by so much, held against a model of some spread."""
+    keys = tuple(
+        Key(shot=f"s{k}", lattice="G", family="frames", statistic="x") for k in range(len(seen))
+    )
+    count = float(len(seen))
+    of_twins = SimpleNamespace(
+        residuals=np.zeros((16, len(seen))),
+        in_body=np.full(len(seen), of_body),
+        expected=np.array([count]),
+    )
+    return SimpleNamespace(
+        held=SimpleNamespace(total=gap),
+        left=seen / spread,
+        rod=SimpleNamespace(
+            turned=SimpleNamespace(
+                space=SimpleNamespace(keys=keys, spread=np.full(len(seen), spread))
+            ),
+            spread=of_twins,
+        ),
+        case=SimpleNamespace(fit_left=seen, fitting=SimpleNamespace(spread=of_twins)),
+    )
+
+
+@pytest.mark.parametrize(("of_body", "believed"), [(False, True), (True, False)])
+def test_scatter_accounts_for_itself_and_width_does_not(of_body: bool, believed: bool) -> None:
+    """Figures that scatter 4 times as wide as the model without a suspect says: its right amount
+    takes nothing off by those errors. By its own ones -2 log L falls by 16 - 1 - ln 16 = 12 a
+    figure. Where it is noise in time that is so it is believed, a pattern of the body is not."""
+    seen = np.random.default_rng(12).normal(0, 4.0, 400)
+    gap = float(np.square(seen).mean()) - 1.0
+    found = dataclasses.replace(candidate("row_noise", 900.0), misfit=gap + 1.5)
+    now, after = against(1.0, seen, gap, of_body=of_body), against(4.0, seen, 0.0, of_body=of_body)
+    assert accounts(found, now, after) is believed
 
 
 def test_a_report_is_strict_json() -> None:
