@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.suspects import scaled, starts
+from analysis.gap.measure.signature import scaled, starts
 from foundation.errors import InputError
 from render.closed_form import render
 from scenes.scene import Scene

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.gap.follow import MOST_EFFECTS
-from analysis.gap.shots import GROUP_FRAMES, KEY_SHOTS
-from analysis.gap.space import EDGE_FLOOR_PX, LIGHT_FLOOR
-from analysis.gap.verdict import (
+from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
+from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
+from analysis.gap.verdict.follow import MOST_EFFECTS
+from analysis.gap.verdict.verdict import (
     CLASS_SIZE,
     EQUIVALENT,
     LEAST_SCORE,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from analysis.bias.rounding import rounded
-from analysis.gap.agreement import agreed
-from analysis.gap.darks import NODES, WEIGHTS, Darks, behind_rounding
-from analysis.gap.observe import Key, Observation
+from analysis.gap.calibrate.agreement import agreed
+from analysis.gap.calibrate.darks import NODES, WEIGHTS, Darks, behind_rounding
+from analysis.gap.look.observe import Key, Observation
 
 BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0
 READ_DN2, DARK_DN2_PER_S = 0.35, 4.0

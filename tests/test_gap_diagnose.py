@@ -14,10 +14,10 @@ from PIL import Image
 from scipy import ndimage
 
 from analysis.gap.diagnose import Diagnosis, calibrated, diagnose
-from analysis.gap.hints import Told
-from analysis.gap.measured import measured
-from analysis.gap.room import lit_room
-from analysis.gap.setting import look
+from analysis.gap.measure.measured import measured
+from analysis.gap.ready.hints import Told
+from analysis.gap.ready.room import lit_room
+from analysis.gap.ready.setting import look
 from camtruth.report.gap import answer, page
 from render.rate import RateHeader, RateImage, rate_image
 from sensor.camera import Camera

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap import likelihood
-from analysis.gap.case import Candidate, Case
-from analysis.gap.likelihood import HALVES, PER_PARAMETER, judged
-from analysis.gap.space import Space
+from analysis.gap.calibrate.space import Space
+from analysis.gap.measure.case import Candidate, Case
+from analysis.gap.suspects import likelihood
+from analysis.gap.suspects.likelihood import HALVES, PER_PARAMETER, judged
 from sensor.catalogue import catalogue
 
 

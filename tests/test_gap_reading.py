@@ -10,13 +10,13 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
-from analysis.gap import jpeg_tables
-from analysis.gap.comb import exponent, histograms, white_balance
-from analysis.gap.handles import Handle, free_parameters, handles_of, moved, step_from
-from analysis.gap.hints import brightest, dwell_s, empty_bits, mains_hz
-from analysis.gap.lattices import Lattice
-from analysis.gap.repeats import fresh, repeats
-from analysis.gap.suspects import scaled, starts
+from analysis.gap.camera.handles import Handle, free_parameters, handles_of, moved, step_from
+from analysis.gap.look import jpeg_tables
+from analysis.gap.look.comb import exponent, histograms, white_balance
+from analysis.gap.look.lattices import Lattice
+from analysis.gap.look.repeats import fresh, repeats
+from analysis.gap.measure.signature import scaled, starts
+from analysis.gap.ready.hints import brightest, dwell_s, empty_bits, mains_hz
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.defect_correction import DefectCorrection

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.gap.case import Case, candidate
-from analysis.gap.suspects import Signature
+from analysis.gap.measure.case import Case, candidate
+from analysis.gap.measure.signature import Signature
 from sensor.effects.row_noise import RowNoise
 
 CAPTURES = 4000

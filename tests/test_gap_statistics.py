@@ -7,16 +7,16 @@ import pytest
 from scipy import stats
 
 from analysis.bias.rounding import rounded
-from analysis.gap.arithmetic import arithmetic_of
-from analysis.gap.darks import NODES, WEIGHTS, behind_rounding
-from analysis.gap.hints import period_px
-from analysis.gap.lattices import Lattice, lattices_of, phase_of
-from analysis.gap.light import Light
-from analysis.gap.light_blocks import blocks_of, light_noise
-from analysis.gap.observe import View
-from analysis.gap.statistics.group import Group, crossed
-from analysis.gap.statistics.structure import columns, neighbours, rows, time
-from analysis.gap.statistics.surface import surface
+from analysis.gap.calibrate.darks import NODES, WEIGHTS, behind_rounding
+from analysis.gap.camera.light import Light
+from analysis.gap.camera.light_blocks import blocks_of, light_noise
+from analysis.gap.look.arithmetic import arithmetic_of
+from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
+from analysis.gap.look.observe import View
+from analysis.gap.look.statistics.group import Group, crossed
+from analysis.gap.look.statistics.structure import columns, neighbours, rows, time
+from analysis.gap.look.statistics.surface import surface
+from analysis.gap.ready.hints import period_px
 from sensor.demosaicers import colour_demosaicing
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot

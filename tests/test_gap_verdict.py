@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.base import Base
-from analysis.gap.case import Candidate
-from analysis.gap.closing import accounts, left_as_they_were
-from analysis.gap.distance import Distance
-from analysis.gap.observe import Key
+from analysis.gap.camera.base import Base
+from analysis.gap.look.observe import Key
+from analysis.gap.measure.case import Candidate
+from analysis.gap.measure.distance import Distance
 from analysis.gap.report import NO_GAP, GapReport
-from analysis.gap.verdict import (
+from analysis.gap.verdict.closing import accounts, left_as_they_were
+from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
     SEPARATED_BY,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.bias.rounding import Floats
+from analysis.bias.rounding import ROUNDING_DN2, Floats
 from analysis.bias.setting import light
 from analysis.estimators.corrected_cells import measure_cell
 from analysis.methods import method
@@ -94,7 +94,7 @@ def rounding(noises_dn: Sequence[float], seed: int = 1) -> list[dict[str, float]
         told: dict[str, float] = {"noise": noise}
         for name, codes in ways.items():
             cell = measure_cell(np.clip(codes, 0, 255).astype(np.uint8), 255, row, column)
-            plain = float(codes.var(axis=0, ddof=1).mean()) - 1 / 12
+            plain = float(codes.var(axis=0, ddof=1).mean()) - ROUNDING_DN2
             told[f"{name} mean"] = float(codes.mean()) - level
             told[f"{name} plain"] = max(plain, 0.0) ** 0.5
             told[f"{name} likelihood"] = cell.variance_dn2**0.5 if cell.told else 0.0

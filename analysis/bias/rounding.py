@@ -18,6 +18,9 @@ from scipy.special import gammaln, ndtr
 
 Floats = NDArray[np.float64]
 
+ROUNDING_DN2 = 1 / 12
+"""Variance that rounding to whole DN adds, of noise well above a step."""
+
 REACH = 9.0
 """SDs beyond which a Gaussian has nothing that double precision would show."""
 

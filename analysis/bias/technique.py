@@ -15,12 +15,9 @@ from scipy.optimize import brentq
 
 from analysis.bias.demosaic import detrended_variance, site_factors
 from analysis.bias.prediction import Seen
-from analysis.bias.rounding import Floats, sample_sd_factor
+from analysis.bias.rounding import ROUNDING_DN2, Floats, sample_sd_factor
 from analysis.estimators.quantization import Kind, curve
 from analysis.estimators.reading import N_D
-
-STEP_VARIANCE = 1 / 12
-"""Equation (2)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +40,7 @@ class Technique:
     variances: bool = False
     less_residual: bool = False
     exact_rounding: bool = False
-    step_variance: float = STEP_VARIANCE
+    step_variance: float = ROUNDING_DN2
     exact_sites: bool = False
     exact_freedom: bool = False
     above_black: bool = False

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.gap.arithmetic import IN_FRACTIONS
-from analysis.gap.base import camera_of
-from analysis.gap.calibrate import before, first_guess
-from analysis.gap.conclude import TOO_FEW, Trail, conclude, insufficient
-from analysis.gap.darks import Darks, darks_by_light, darks_of
-from analysis.gap.fit import Fit, around
-from analysis.gap.follow import Watch, follow
-from analysis.gap.refine import Refined, counted, refine
+from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
+from analysis.gap.calibrate.first_guess import before, first_guess
+from analysis.gap.calibrate.fit import Fit, around
+from analysis.gap.calibrate.refine import Refined, counted, refine
+from analysis.gap.camera.base import camera_of
+from analysis.gap.look.arithmetic import IN_FRACTIONS
+from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
-from analysis.gap.setting import Setting, halves, look, too_little
+from analysis.gap.verdict.conclude import TOO_FEW, Trail, conclude, insufficient
+from analysis.gap.verdict.follow import Watch, follow
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.gap.verdict import EQUIVALENT, SIGNIFICANCE
+from analysis.gap.verdict.verdict import EQUIVALENT, SIGNIFICANCE
 from analysis.identifiability.limits import Limit
 
 Row = Mapping[str, Any]

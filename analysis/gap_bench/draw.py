@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from analysis.gap.suspects import scaled
+from analysis.gap.measure.signature import scaled
 from analysis.gap_bench.cases import Case
 from analysis.identifiability.limits import Limit, effect_of
 from render.rate import RateImage

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.base import Base
+from analysis.gap.calibrate.fit import around
+from analysis.gap.calibrate.nuisance import Directions
+from analysis.gap.camera.base import Base
 from analysis.gap.diagnose import Diagnosis, diagnose
-from analysis.gap.fit import around
-from analysis.gap.measured import measured
-from analysis.gap.nuisance import Directions
-from analysis.gap.setting import look
-from analysis.gap.suspects import strengths
+from analysis.gap.measure.measured import measured
+from analysis.gap.measure.signature import strengths
+from analysis.gap.ready.setting import look
 from analysis.gap_bench.cases import Case
 from analysis.gap_bench.draw import capture_of, effects_of
 from analysis.identifiability.known import base_of

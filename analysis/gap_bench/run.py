@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import analysis.gap
+from analysis.gap.calibrate.fit import around
+from analysis.gap.camera.light import light_of
 from analysis.gap.diagnose import diagnose
-from analysis.gap.fit import around
-from analysis.gap.light import light_of
-from analysis.gap.shots import GROUP_FRAMES, MOST_GROUPS, plan
+from analysis.gap.look.shots import GROUP_FRAMES, MOST_GROUPS, plan
 from analysis.gap_bench.cases import all_cases, suspects
 from analysis.gap_bench.draw import middle, paper
 from analysis.gap_bench.examine import Bench, Diagnose, examine

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.arithmetic import IN_FRACTIONS
-from analysis.gap.base import Base, Body
-from analysis.gap.lattices import BORDER_PX, lattices_of
-from analysis.gap.light import Light
-from analysis.gap.observe import BLOCKS_DOWN, View
-from analysis.gap.shots import GROUP_FRAMES
-from analysis.gap.twin import Scenery, shots_of
+from analysis.gap.camera.base import Base, Body
+from analysis.gap.camera.light import Light
+from analysis.gap.camera.twin import Scenery, shots_of
+from analysis.gap.look.arithmetic import IN_FRACTIONS
+from analysis.gap.look.lattices import BORDER_PX, lattices_of
+from analysis.gap.look.observe import BLOCKS_DOWN, View
+from analysis.gap.look.shots import GROUP_FRAMES
 from foundation.panel import Panel
 from render import path_traced
 from render.rate import RateImage

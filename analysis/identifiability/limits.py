@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibration import Calibration, calibration
-from analysis.gap.fit import FIRST_SEED, Fit
-from analysis.gap.observe import Observation
-from analysis.gap.space import space_of
-from analysis.gap.suspects import scaled, signature, starts, strengths
-from analysis.gap.twin import twin
+from analysis.gap.calibrate.calibration import Calibration, calibration
+from analysis.gap.calibrate.fit import FIRST_SEED, Fit
+from analysis.gap.calibrate.space import space_of
+from analysis.gap.camera.twin import twin
+from analysis.gap.look.observe import Observation
+from analysis.gap.measure.signature import scaled, signature, starts, strengths
 from sensor.effect import Effect
 
 Floats = NDArray[np.float64]

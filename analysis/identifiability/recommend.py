@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.gap.fit import around
-from analysis.gap.shots import GROUP_FRAMES, KEY_SHOTS
+from analysis.gap.calibrate.fit import around
+from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.identifiability.known import base_of, scenery_of
 from analysis.identifiability.shots import candidates, of_the_paper, with_uniform
 from analysis.identifiability.subsets import Prediction, Told, predict

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibration import calibration
-from analysis.gap.fit import SEEDS, Fit
-from analysis.gap.space import space_of
-from analysis.gap.suspects import Signature, scaled, signature, signed
-from analysis.gap.twin import twin
+from analysis.gap.calibrate.calibration import calibration
+from analysis.gap.calibrate.fit import SEEDS, Fit
+from analysis.gap.calibrate.space import space_of
+from analysis.gap.camera.twin import twin
+from analysis.gap.measure.signature import Signature, scaled, signature, signed
 from analysis.identifiability.limits import STANDARD_ERRORS, default_of
 from sensor.effect import Effect
 

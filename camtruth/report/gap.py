@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibrate.fit import Fit
+from analysis.gap.camera.twin import electrons
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.fit import Fit
-from analysis.gap.observe import STAGES
+from analysis.gap.look.observe import STAGES
+from analysis.gap.look.texture import FAMILY, STAGE
 from analysis.gap.report import Figure, GapReport, Named
-from analysis.gap.texture import FAMILY, STAGE
-from analysis.gap.twin import electrons
 from camtruth.report.pictures import data_url
 from camtruth.report.plot import Axis, Marks, axis_over, plot
 from camtruth.report.sections import Section, Table, sections_page
@@ -248,7 +248,7 @@ def _pictures(found: Diagnosis) -> Section:
 
 
 def _simulated(model: Fit, label: str, count: int) -> NDArray[np.generic]:
-    from analysis.gap.base import camera_of
+    from analysis.gap.camera.base import camera_of
 
     scenery = model.scenery
     shot = next(s for s in scenery.shots if s.label == label)

@@ -1,0 +1,141 @@
+"""First figures of the base camera, by moments of the frames: where the fit begins.
+
+variance in time = read + gain (mean - black)            photon transfer
+mean             = black + gain level light exposure
+pattern          = FPN + PRNU^2 (mean - black)^2
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bias.rounding import ROUNDING_DN2
+from analysis.gap.calibrate.darks import (
+    LEAST_READ_DN2,
+    Darks,
+    exposures_of,
+    figure_of,
+)
+from analysis.gap.camera.base import MOST_DARK_E_PER_S, Base
+from analysis.gap.camera.light import lamp_of
+from analysis.gap.camera.light_blocks import blocks_of
+from analysis.gap.camera.twin import Scenery, exposure_of
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
+from analysis.gap.look.observe import Observation
+from sensor.camera import Camera
+from sensor.effects.white_balance import WhiteBalance
+
+Floats = NDArray[np.float64]
+
+USUAL_GAIN_DN_PER_E = 0.015
+"""Of an 8-bit camera with 17 ke- full well; stands in where no light tells the gain."""
+
+
+def first_guess(
+    seen: Observation,
+    scenery: Scenery,
+    nominal: Camera | None,
+    dark: Darks,
+    arithmetic: int = IN_FRACTIONS,
+) -> Base:
+    """A base by moments.
+
+    Args:
+        seen: the real capture.
+        scenery: its light and shots.
+        nominal: the camera that it is said to be; tells the gain where no light does.
+        dark: what the darks show.
+        arithmetic: of the demosaicer.
+    """
+    exposure = exposures_of(seen, scenery)
+    mean = seen.means.mean(axis=(0, 3))
+    lit = [k for k, label in enumerate(seen.shots) if label in seen.lit]
+    count = len(seen.channels)
+    pattern = np.array(figure_of(seen, "pattern", "pattern variance"))
+    noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
+    fpn = dark.fpn_dn2
+    signal = np.maximum(mean - dark.mean_dn(exposure), 0.0)
+    if nominal is not None:
+        gain = np.resize(np.array(list(nominal.gain_dn_per_e)), count)
+    else:
+        gain = np.full(count, USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8))
+    if lit:
+        shot_noise = (noise - dark.variance_dn2(exposure))[lit].sum(axis=0)
+        slope = shot_noise / np.maximum(signal[lit].sum(axis=0), 1e-6)
+        gain = np.where(slope > 0.02 * gain, slope, gain)
+    prnu = np.full(count, 1e-4)
+    for c in range(count):
+        if lit:
+            by_shot = [pattern[k][c] * 1e-4 - fpn[c] / max(signal[k][c], 1) ** 2 for k in lit]
+            prnu[c] = float(np.clip(np.median(by_shot), 1e-6, 0.01))
+    return Base(
+        channels=seen.channels,
+        gain_dn_per_e=gain,
+        read_dn2=dark.read_dn2,
+        fpn_dn2=dark.fpn_dn2,
+        prnu2=prnu,
+        black_dn=dark.black_dn,
+        dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
+        shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
+        arithmetic=arithmetic,
+        white_balance=None,
+        blur_px2=0.0,
+        level=levels(seen, scenery, dark, gain),
+    )
+
+
+def before(balance: WhiteBalance, base: Base) -> Base:
+    """The base in front of a white balance, of one that was read behind it.
+
+    Args:
+        balance: gains of whole codes.
+        base: by moments of the frames.
+    """
+    k = np.array(
+        [{"R": balance.red_gain, "B": balance.blue_gain}.get(c, 1.0) for c in base.channels]
+    )
+    origin = float(base.black_dn.mean()) if balance.about_black else 0.0
+    return dataclasses.replace(
+        base,
+        gain_dn_per_e=base.gain_dn_per_e / k,
+        read_dn2=base.read_dn2 / k**2,
+        fpn_dn2=base.fpn_dn2 / k**2,
+        black_dn=origin + (base.black_dn - origin) / k,
+        arithmetic=OF_WHOLE_SAMPLES,
+        white_balance=balance,
+    )
+
+
+def _charge(by_channel: Floats, least: float) -> float:
+    """Electrons per second that all channels have in common."""
+    return float(np.clip(by_channel.mean(), least, MOST_DARK_E_PER_S))
+
+
+def levels(seen: Observation, scenery: Scenery, dark: Darks, gain: Floats) -> dict[str, Floats]:
+    """Electrons per unit of light by lamp and channel, by least squares over the block means."""
+    view = scenery.view
+    light = {n: blocks_of(r, view, seen.channels) for n, r in scenery.light.rates.items()}
+    top = view.top_dn
+    found: dict[str, Floats] = {}
+    for lamp in scenery.light.lamps:
+        above, below = np.zeros(len(seen.channels)), np.zeros(len(seen.channels))
+        for k, shot in enumerate(scenery.shots):
+            if shot.dark or lamp_of(shot) != lamp:
+                continue
+            offset = dark.mean_dn(shot.exposure_s)
+            for c in range(len(seen.channels)):
+                y = seen.means[:, k, c].mean(axis=0)
+                x = light[lamp][c] * exposure_of(shot)
+                good = y < 0.97 * top
+                above[c] += float(x[good] @ (y[good] - offset[c]))
+                below[c] += float(x[good] @ x[good])
+        per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)
+        found[lamp] = np.maximum(per_unit, 1e-12) / gain
+    return found
+
+
+def _bits(scenery: Scenery) -> int:
+    return int(np.log2(scenery.view.top_dn + 1))

@@ -1,0 +1,236 @@
+"""What calibration may take up: every direction in which the base camera or its light can move.
+
+Two kinds of direction. Figures of the camera are moved in a twin with the same random numbers. The
+light is moved on paper: shading, focus, place, and the reflectance of single panels. Some are free,
+others have a prior, because nobody's scene is quite as it was measured.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.calibrate.agreement import agreed
+from analysis.gap.camera.base import Base
+from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
+from analysis.gap.camera.light import lamp_of
+from analysis.gap.camera.light_ways import FREE, light_ways
+from analysis.gap.camera.twin import Scenery, twin
+from analysis.gap.look.observe import Observation
+from sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+
+
+BLACK_STEP_DN = 0.05
+BLUR_STEP_PX2 = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knob:
+    """A figure of the base that calibration turns.
+
+    Attributes:
+        name: as `Base.moved` takes it.
+        channel: index, or None.
+        step: of the difference quotient.
+    """
+
+    name: str
+    channel: int | None
+    step: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Directions:
+    """Directions as differences of figures and block means, before any units.
+
+    Attributes:
+        knobs: figures of the camera; they come first.
+        tuned: parameters of the effects that the camera has; they come next, so that what is left
+            is not what a better fit of these would take up.
+        figures: (directions, figures).
+        means: (directions, shots, channels, blocks).
+        prior: standard deviation of each; infinite where free.
+    """
+
+    knobs: tuple[Knob, ...]
+    tuned: tuple[Handle, ...]
+    figures: Floats
+    means: Floats
+    prior: Floats
+
+
+def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
+    """Which figures can be calibrated with these shots, and by which step."""
+    lit = any(not shot.dark for shot in scenery.shots)
+    exposures = {shot.exposure_s for shot in scenery.shots}
+    longest = max(exposures)
+    knobs = []
+    for c in range(len(base.channels)):
+        knobs.append(Knob(name="read", channel=c, step=0.3 * float(base.read_dn2[c]) + 0.003))
+        knobs.append(Knob(name="fpn", channel=c, step=0.6 * float(base.fpn_dn2[c]) + 1e-3))
+        knobs.append(Knob(name="black", channel=c, step=BLACK_STEP_DN))
+        if lit:
+            knobs.append(Knob(name="gain", channel=c, step=0.15))
+            knobs.append(Knob(name="prnu", channel=c, step=0.6 * float(base.prnu2[c]) + 5e-6))
+            knobs += [
+                Knob(name=f"level:{lamp}", channel=c, step=0.02)
+                for lamp in sorted({lamp_of(s) for s in scenery.shots if not s.dark})
+            ]
+    if len(exposures) > 1 or lit:
+        # small beside the noise of every channel: their gains may differ several times
+        charge = 0.3 * float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
+        knobs.append(Knob(name="dark", channel=None, step=charge / longest))
+    if lit and scenery.light.known:
+        knobs.append(Knob(name="blur", channel=None, step=BLUR_STEP_PX2 + 0.1 * base.blur_px2))
+    if len(exposures) > 1:
+        shown = BLACK_STEP_DN / float(base.gain_dn_per_e.max())
+        knobs.append(Knob(name="shown", channel=None, step=shown / longest))
+    return tuple(knobs)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Moved:
+    """Twins of a model, and of the model with one thing moved, with the same random numbers.
+
+    Attributes:
+        references: of the model, one for each set of random numbers.
+        knobs: of the model with a knob turned in all channels, by name of the knob.
+        parameters: of the model with a parameter of an effect moved, in all channels.
+        steps: by how much the parameters were moved, by handle of each channel.
+    """
+
+    references: tuple[Observation, ...]
+    knobs: dict[str, tuple[Observation, ...]]
+    parameters: dict[Handle, tuple[Observation, ...]]
+    steps: dict[Handle, float]
+
+    def seen_by(self, look: Callable[[Observation], Observation]) -> Moved:
+        """The same twins, looked at in another way."""
+
+        def all_of(twins: tuple[Observation, ...]) -> tuple[Observation, ...]:
+            return tuple(look(one) for one in twins)
+
+        return Moved(
+            references=all_of(self.references),
+            knobs={name: all_of(twins) for name, twins in self.knobs.items()},
+            parameters={name: all_of(twins) for name, twins in self.parameters.items()},
+            steps=self.steps,
+        )
+
+
+def moved_twins(
+    base: Base, scenery: Scenery, seeds: Sequence[int], effects: Sequence[Effect] = ()
+) -> Moved:
+    """Twins from which directions are read.
+
+    Args:
+        base: the calibrated camera.
+        scenery: light and shots.
+        seeds: random numbers, once each.
+        effects: what the camera has besides.
+    """
+
+    def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
+        return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in seeds)
+
+    knobs = knobs_of(base, scenery)
+    by_knob = {}
+    for name in dict.fromkeys(knob.name for knob in knobs):
+        # channels have nothing to do with each other, so all are moved at once and told apart
+        camera = base
+        for knob in knobs:
+            if knob.name == name:
+                camera = camera.moved(knob.name, knob.channel, knob.step)
+        by_knob[name] = twins(camera, effects)
+    by_parameter: dict[Handle, tuple[Observation, ...]] = {}
+    steps: dict[Handle, float] = {}
+    for k, effect in enumerate(effects):
+        for p in effect.parameters():
+            handles = handles_of(effect, p, base.channels)
+            if not handles:
+                continue
+            moves = {h: step_of(effect, p, h.channel) for h in handles}
+            steps |= moves
+            other = moved(effect, moves)
+            whole = Handle(effect=effect.name, parameter=p.name)
+            by_parameter[whole] = twins(base, [*effects[:k], other, *effects[k + 1 :]])
+    return Moved(
+        references=twins(base, effects), knobs=by_knob, parameters=by_parameter, steps=steps
+    )
+
+
+def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
+    """All directions at a model.
+
+    Args:
+        base: the calibrated camera.
+        scenery: light and shots.
+        moved: its twins; see `moved_twins`.
+    """
+    knobs = knobs_of(base, scenery)
+    reference = moved.references[0]
+    changed = {whole: agreed(moved.references, after) for whole, after in moved.parameters.items()}
+    changes = {name: agreed(moved.references, after) for name, after in moved.knobs.items()}
+    figures, means, prior = [], [], []
+    for knob in knobs:
+        of_figures, of_means = changes[knob.name]
+        channel = np.ones(len(base.channels))
+        if knob.channel is not None:
+            channel = np.eye(len(base.channels))[knob.channel]
+        lamp = np.ones(len(scenery.shots))
+        if knob.name.startswith("level:"):
+            lamp = _shots_of(knob, scenery)
+        own = _own(reference, base, knob.channel)
+        figures.append(of_figures / knob.step * own)
+        means.append(of_means / knob.step * lamp[:, None, None] * channel[:, None])
+        prior.append(FREE)
+    for handle, step in moved.steps.items():
+        whole = dataclasses.replace(handle, channel=None)
+        of_figures, of_means = changed[whole]
+        own, only = np.ones(len(reference.keys)), np.ones(len(base.channels))
+        if handle.channel is not None:
+            own = _own(reference, base, handle.channel)
+            only = np.eye(len(base.channels))[handle.channel]
+        figures.append(of_figures / step * own)
+        means.append(of_means / step * only[:, None])
+        prior.append(5.0 * abs(step))
+    for change, width in light_ways(base, scenery, reference):
+        means.append(change)
+        figures.append(np.zeros(len(reference.keys)))
+        prior.append(width)
+    return Directions(
+        knobs=knobs,
+        tuned=tuple(moved.steps),
+        figures=np.array(figures),
+        means=np.array(means),
+        prior=np.array(prior),
+    )
+
+
+def _own(reference: Observation, base: Base, channel: int | None) -> Floats:
+    """Part of a figure's change that belongs to a channel: all of its own lattices, its share of
+    the figures that look at all.
+    """
+    if channel is None:
+        return np.ones(len(reference.keys))
+    share = 1.0 / len(base.channels)
+    letter = base.channels[channel]
+
+    def part(lattice: str, statistic: str) -> float:
+        if lattice != "all":
+            return float(lattice.startswith(letter))
+        named = [c for c in base.channels if c in statistic.split()]
+        return (letter in named) / len(named) if named else share
+
+    return np.array([part(key.lattice, key.statistic) for key in reference.keys])
+
+
+def _shots_of(knob: Knob, scenery: Scenery) -> Floats:
+    lamp = knob.name.removeprefix("level:")
+    return np.array([float(not s.dark and lamp_of(s) == lamp) for s in scenery.shots])

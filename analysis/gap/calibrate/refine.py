@@ -1,0 +1,219 @@
+"""Calibrate a base camera to a capture: twins, the difference, the knobs, and again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.calibrate.calibration import calibration
+from analysis.gap.calibrate.fit import SEEDS, lit_by_label, twins, with_keys
+from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
+from analysis.gap.calibrate.space import Space, figure_variances, space_of
+from analysis.gap.camera.base import Base
+from analysis.gap.camera.handles import moved
+from analysis.gap.camera.twin import Scenery
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, RULES
+from analysis.gap.look.observe import Observation
+from sensor.effect import Effect
+
+Floats = NDArray[np.float64]
+
+MOST_STEPS = 10
+STEP_TWINS = 4
+
+CLOSE = 0.1
+"""Part of chi-squared that a last step takes off at most, of a model that fits."""
+
+STUCK = 0.03
+"""The same of one that does not, of which more steps may be worth their time."""
+
+STUCK_OF_EXCESS = 0.1
+"""The same of what chi-squared has beyond that: a misfit in few figures is little of the whole."""
+
+LEAST_FALL = 0.005
+"""Part of chi-squared that no step is worth, wherever it is."""
+
+SHORTER = (0.4, 0.15)
+"""Parts of a step that are tried where all of it leads uphill."""
+
+PATIENCE = 1
+"""Steps in a row that may take off less than that, far from the end."""
+
+FITS = 1.0
+"""Chi-squared per coordinate up to which a model fits as well as chance allows."""
+
+FAR = 2.0
+"""Chi-squared per coordinate of a model that does not fit."""
+
+A_LONG_WAY = 0.8
+"""Part of chi-squared that is left where directions are read anew: they change on a long way."""
+
+MOST_GAIN_STEP = 0.4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Refined:
+    """A camera, and its difference from a capture.
+
+    Attributes:
+        base, effects: the camera.
+        space: where the difference has units of standard errors.
+        gap: the difference.
+    """
+
+    base: Base
+    effects: tuple[Effect, ...]
+    space: Space
+    gap: Floats
+
+    @property
+    def chi2(self) -> float:
+        """Chi-squared of the difference."""
+        return float(self.gap @ self.gap)
+
+    @property
+    def misfit(self) -> float:
+        """Chi-squared per coordinate: about 1 where it fits."""
+        return self.chi2 / len(self.gap)
+
+    @property
+    def deviance(self) -> float:
+        """-2 log likelihood, up to a constant: chi-squared, and what a wide picture pays for it.
+
+        Fixed pattern noise widens the errors of every block. By chi-squared alone too much of it
+        would fit best.
+        """
+        return self.chi2 + self.space.log_determinant_of_blocks
+
+
+def refined(
+    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
+) -> Refined:
+    """A camera against a capture, by a few twins.
+
+    Args:
+        base: calibrated, or on its way.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+    """
+    bodies = twins(scenery, base, STEP_TWINS, effects)
+    both = with_keys(seen, bodies.keys)
+    variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
+    space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
+    return Refined(base=base, effects=tuple(effects), space=space, gap=space.of(both))
+
+
+def refine(
+    start: Base,
+    seen: Observation,
+    scenery: Scenery,
+    effects: Sequence[Effect] = (),
+    *,
+    steps: int = MOST_STEPS,
+    tuned: str = "",
+) -> Refined:
+    """Gauss-Newton on the knobs against simulated frames: the base whose twins look like these.
+
+    Args:
+        start: by moments.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+        steps: iterations at most.
+        tuned: name of the effect whose parameters are fitted along.
+    """
+
+    def stepped(point: Refined, part: float = 1.0) -> Refined:
+        amounts = part * calibration(point.space, ways).amounts(point.gap)
+        moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
+        return refined(turn(point.base, ways, amounts), seen, scenery, tuple(moved_on))
+
+    def promised(point: Refined) -> float:
+        left = calibration(point.space, ways).left(point.gap)
+        return point.chi2 - float(left @ left)
+
+    best = read_at = refined(start, seen, scenery, effects)
+    ways = _directions(best.base, scenery, best.effects)
+    slow = 0
+    for _ in range(steps):
+        next_one = stepped(best)
+        if next_one.deviance >= best.deviance:
+            # uphill: too far, or these directions are not those of this place
+            if promised(best) < STUCK * best.chi2:
+                break
+            shorter = (stepped(best, part) for part in SHORTER)
+            next_one = next((one for one in shorter if one.deviance < best.deviance), best)
+            if next_one is best and best is read_at:
+                break
+            if next_one is best:
+                ways, read_at = _directions(best.base, scenery, best.effects), best
+                continue
+        count, fall = len(next_one.gap), best.deviance - next_one.deviance
+        slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
+        best = next_one
+        if slow > (PATIENCE if best.chi2 > FAR * count else 0):
+            break
+        if FITS * count < best.chi2 < A_LONG_WAY * read_at.chi2:
+            ways, read_at = _directions(best.base, scenery, best.effects), best
+    return best
+
+
+def _least_fall(chi2: float, count: int) -> float:
+    """What a further step must take off chi-squared."""
+    excess = chi2 - FITS * count
+    if excess < 0:
+        return CLOSE * chi2
+    return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))
+
+
+def counted(
+    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
+) -> Base:
+    """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
+
+    Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
+    does.
+
+    Args:
+        base: calibrated.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        effects: what the camera has besides.
+    """
+    if scenery.body.pixels != "rgb8":
+        return base
+
+    as_it_is = refined(base, seen, scenery, effects)
+    if as_it_is.misfit < FAR:
+        return base
+    others = (
+        refined(dataclasses.replace(base, arithmetic=rule), seen, scenery, effects)
+        for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES)
+        if rule != base.arithmetic
+    )
+    return min([as_it_is, *others], key=lambda one: one.chi2).base
+
+
+def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Directions:
+    return directions(base, scenery, moved_twins(base, scenery, SEEDS, effects))
+
+
+def turn(base: Base, ways: Directions, amounts: Floats) -> Base:
+    """A base with its knobs turned."""
+    for knob, amount in zip(ways.knobs, amounts, strict=False):
+        by = float(amount)
+        if knob.name == "gain" or knob.name.startswith("level"):
+            by = float(np.clip(by, -MOST_GAIN_STEP, MOST_GAIN_STEP))
+        base = base.moved(knob.name, knob.channel, by)
+    return base
+
+
+def tune(effect: Effect, ways: Directions, amounts: Floats) -> Effect:
+    """An effect with its parameters moved, each inside its range."""
+    moves = dict(zip(ways.tuned, map(float, amounts[len(ways.knobs) :]), strict=False))
+    return moved(effect, {h: by for h, by in moves.items() if h.effect == effect.name})

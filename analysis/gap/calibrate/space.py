@@ -1,0 +1,243 @@
+"""The space in which captures are compared: every figure in units of its own standard error.
+
+A figure of noise has the spread that simulated twins of the base camera show. A block of the mean
+image has a covariance between shots: noise in time by itself, fixed pattern and light in common.
+
+    C = noise / (samples frames) + FPN / samples 1 1' + PRNU^2 / samples m m' + floor
+
+The floor is what nobody knows of the scene: a part of the light of each lamp by itself, and a part
+of its slope, because edges are never where one thinks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.camera.base import Base
+from analysis.gap.camera.light import lamp_of
+from analysis.gap.camera.light_blocks import light_noise
+from analysis.gap.camera.twin import Scenery
+from analysis.gap.look.observe import IMAGE, OF_A_BODY, Key, Observation
+
+Floats = NDArray[np.float64]
+
+LIGHT_FLOOR = 0.001
+"""Of a known light, block by block."""
+
+UNKNOWN_LIGHT = 10.0
+"""Of a light read from the frames: what all shots of a lamp have in common tells nothing."""
+
+EDGE_FLOOR_PX = 0.02
+"""By how much an edge may be elsewhere."""
+
+PRIOR_FREEDOM = 8.0
+"""Degrees of freedom that a variance borrows from the same statistic in other places."""
+
+LEAST_SPREAD = 1e-6
+"""Of a figure that never moved in any twin."""
+
+ROOTS_OF_SHARES = frozenset(
+    {"loud pixels", "hot samples", "very hot samples", "at zero", "at the top"}
+)
+"""Figures that are roots of a share of samples: a count of n has a root with the error 1/2."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Space:
+    """Where figures and blocks are in units of their standard errors.
+
+    Attributes:
+        keys: of the figures.
+        expected_figures: mean over the twins.
+        expected_means: the same of the block means, (shots, channels, blocks).
+        spread: standard error of each figure's difference, real less expected.
+        whitening: (channels, blocks, shots, shots), inverse Cholesky factors.
+        shape: shots, channels, blocks.
+    """
+
+    keys: tuple[Key, ...]
+    expected_figures: Floats
+    expected_means: Floats
+    spread: Floats
+    whitening: Floats
+    shape: tuple[int, int, int]
+
+    @property
+    def families(self) -> NDArray[np.str_]:
+        """Family of each coordinate."""
+        of_blocks = [IMAGE] * int(np.prod(self.shape))
+        return np.array([key.family for key in self.keys] + of_blocks)
+
+    def figures(self, difference: Floats) -> Floats:
+        """Differences of figures as coordinates."""
+        return difference / self.spread
+
+    def blocks(self, difference: Floats) -> Floats:
+        """Differences of block means, (shots, channels, blocks), as coordinates."""
+        by_block = difference.transpose(1, 2, 0)[..., None]
+        white = (self.whitening @ by_block)[..., 0]
+        return np.asarray(white.transpose(2, 0, 1).ravel())
+
+    @property
+    def log_determinant(self) -> float:
+        """Of the covariance that makes one standard error one."""
+        return float(2.0 * np.log(self.spread).sum()) + self.log_determinant_of_blocks
+
+    @property
+    def log_determinant_of_blocks(self) -> float:
+        """The part of it that is known in closed form, whatever the twins show by chance."""
+        return float(-2.0 * np.log(np.diagonal(self.whitening, axis1=-2, axis2=-1)).sum())
+
+    def vector(self, figures: Floats, means: Floats) -> Floats:
+        """A difference as one vector of coordinates."""
+        return np.concatenate([self.figures(figures), self.blocks(means)])
+
+    def of(self, seen: Observation, groups: slice = slice(None)) -> Floats:
+        """A capture's difference from what is expected."""
+        return self.vector(
+            seen.figures[groups].mean(axis=0) - self.expected_figures,
+            seen.means[groups].mean(axis=0) - self.expected_means,
+        )
+
+
+ROOT_OF_A_SHARE_OF_BLOCKS = "residual outliers"
+
+MODEL_ERROR = 0.05
+"""Part of a difference that no model is asked to explain better: where a figure is off by a hundred
+standard errors, those errors are not what limits a fit."""
+
+
+OF_THE_PICTURE = ("codes", "texture", "grid of 8", "off bilinear", "variance, part")
+"""Beginnings of the names of families and statistics that depend on the picture to its last detail:
+of lit shots whose light was read from the frames they tell nothing."""
+
+NOTHING = 1e4
+"""Standard errors become so many times larger where a figure tells nothing."""
+
+
+def figure_variances(twins: Observation, lit: dict[str, bool], known: bool = True) -> Floats:
+    """Variance of each figure of one group between twins, drawn to that of its like elsewhere.
+
+    Args:
+        twins: of one base; each group is another body.
+        lit: whether a shot is lit.
+        known: whether the light is known.
+    """
+    keys, figures = twins.keys, twins.figures
+    freedom = len(figures) - 1
+    least = np.full(len(keys), LEAST_SPREAD**2)
+    blocks = twins.means.shape[-1]
+    least[[key.statistic in ROOTS_OF_SHARES for key in keys]] = 0.25 / (twins.samples * blocks)
+    least[[key.statistic == ROOT_OF_A_SHARE_OF_BLOCKS for key in keys]] = 0.25 / blocks
+    own = np.maximum(figures.var(axis=0, ddof=1), least)
+    alike: dict[tuple[str, str, bool], list[int]] = {}
+    for index, key in enumerate(keys):
+        alike.setdefault((key.family, key.statistic, lit[key.shot]), []).append(index)
+    pooled = own.copy()
+    for places in alike.values():
+        pooled[places] = np.exp(np.mean(np.log(own[places])))
+    variances = (freedom * own + PRIOR_FREEDOM * pooled) / (freedom + PRIOR_FREEDOM)
+    if not known:
+        silent = [
+            lit[key.shot]
+            and (key.family.startswith(OF_THE_PICTURE) or key.statistic.startswith(OF_THE_PICTURE))
+            for key in keys
+        ]
+        variances[silent] *= NOTHING**2
+    return np.asarray(variances)
+
+
+BODY_SHARE = 0.1
+"""Part of the variance of figures of noise in time that belongs to the body after all: on 36 nulls
+their chi-squared was 1.03 to 1.22 times what independent groups of frames would give."""
+
+
+def space_of(
+    twins: Observation,
+    variances: Floats,
+    base: Base,
+    scenery: Scenery,
+    groups: int,
+    floors: bool = True,
+    seen: Observation | None = None,
+) -> Space:
+    """The space for a capture.
+
+    Args:
+        twins: twins of the base camera; each group of it is another body.
+        variances: of the figures of one group; see `figure_variances`.
+        base: the calibrated camera.
+        scenery: light and shots.
+        groups: groups of the real capture that are averaged.
+        floors: whether nobody knows the light quite; a simulated capture's own is known.
+        seen: the capture; what differs much is not asked to be explained to its error.
+    """
+    count = twins.groups
+    of_body = np.array([key.family in OF_A_BODY for key in twins.keys])
+    share = np.where(of_body, 1.0, BODY_SHARE + (1.0 - BODY_SHARE) / groups) + 1.0 / count
+    expected = twins.means.mean(axis=0)
+    figures = twins.figures.mean(axis=0)
+    model = 0.0
+    if seen is not None:
+        model = np.square(MODEL_ERROR * (seen.figures.mean(axis=0) - figures))
+    return Space(
+        keys=twins.keys,
+        expected_figures=figures,
+        expected_means=expected,
+        spread=np.sqrt(variances * share + model),
+        whitening=_whitening(twins, expected, base, scenery, groups, floors),
+        shape=(expected.shape[0], expected.shape[1], expected.shape[2]),
+    )
+
+
+def _whitening(
+    twins: Observation,
+    expected: Floats,
+    base: Base,
+    scenery: Scenery,
+    groups: int,
+    floors: bool,
+) -> Floats:
+    shots, channels, count = expected.shape
+    n, bodies = twins.samples, twins.groups
+    signal = np.maximum(expected - base.black_dn[:, None], 0.0).transpose(1, 2, 0)
+    in_time = twins.noise.T[:, None, :] / (n * twins.frames)
+    both = 1.0 + 1.0 / bodies
+    covariance = np.zeros((channels, count, shots, shots))
+    fixed = base.fpn_dn2[:, None, None, None] / n * both
+    covariance += fixed
+    covariance += (
+        base.prnu2[:, None, None, None] / n * both * signal[..., :, None] * signal[..., None, :]
+    )
+    diagonal = np.arange(shots)
+    covariance[..., diagonal, diagonal] += in_time * (1.0 / groups + 1.0 / bodies) + 1e-5
+    floor = (LIGHT_FLOOR if scenery.light.known else UNKNOWN_LIGHT) if floors else 0.0
+    if not scenery.light.known:
+        floor = UNKNOWN_LIGHT
+    slope = _slope(signal, twins.grid, twins)
+    paths = light_noise(scenery.light, scenery.view, twins.channels)
+    for lamp in scenery.light.lamps:
+        of_lamp = np.array(
+            [not shot.dark and lamp_of(shot) == lamp for shot in scenery.shots], dtype=np.float64
+        )
+        light = signal * of_lamp
+        part = floor**2 + paths[lamp][..., None, None] if lamp in paths else floor**2
+        covariance += part * light[..., :, None] * light[..., None, :]
+    if floors:
+        edge = EDGE_FLOOR_PX * slope
+        covariance += edge[..., :, None] * edge[..., None, :]
+    return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+def _slope(signal: Floats, grid: tuple[int, int], twins: Observation) -> Floats:
+    """Slope of the mean image per pixel, from block to block, (channels, blocks, shots)."""
+    down, across = grid
+    image = signal.reshape(signal.shape[0], down, across, signal.shape[2])
+    if min(grid) < 2:
+        return np.zeros_like(signal)
+    pitch_px = 2.0 * np.sqrt(twins.samples)
+    size = np.hypot(*np.gradient(image, axis=(1, 2))) / pitch_px
+    return np.asarray(size.reshape(signal.shape))

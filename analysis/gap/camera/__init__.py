@@ -1,0 +1,1 @@
+"""The base camera, its light, and its twin."""

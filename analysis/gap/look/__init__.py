@@ -1,0 +1,1 @@
+"""What is looked at in a capture, real or simulated, by the same code."""

@@ -1,0 +1,157 @@
+"""Curves behind the converter, told by the comb that they leave in the codes.
+
+Whole codes that are multiplied or bent, and rounded again, leave out some codes and take others
+twice. Noise and light make histograms smooth, so that nothing else has such teeth, and each curve
+has its own: a gain of 1.2 leaves out every sixth code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from analysis.gap.look.lattices import Lattice
+from sensor.colours import CHANNELS
+from sensor.effects.white_balance import WhiteBalance
+
+Floats = NDArray[np.float64]
+
+FRAMES = 16
+"""Frames of a shot whose codes are counted."""
+
+MOST_CODES = 256
+"""Finer codes than these hardly show whether they were rounded twice."""
+
+WINDOW = 15
+"""Codes over which a histogram is smooth; a comb has several teeth in them."""
+
+LEAST_COUNT = 40
+"""Samples of a code that make its count worth a look."""
+
+LEAST_CODES = 30
+
+GAINS = np.round(np.arange(0.67, 2.0, 5e-4), 4)
+OFFSETS = np.arange(0.0, 2.0, 0.1)
+EXPONENTS = np.round(np.arange(0.3, 2.0, 2e-4), 4)
+
+SLACK = 0.02
+"""By how much less a comb may be like the histogram and still fit as well."""
+
+AS_GOOD_AS_ZERO = 0.15
+
+NEAR = 0.03
+"""A gain or an exponent nearer to 1 than this has too few teeth."""
+
+ALIKE = 0.57
+"""Correlation of a histogram with the comb of a gain that it has; others have up to 0.5."""
+
+BENT_ALIKE = 0.45
+"""The same of a power, whose teeth are few where it is steep; others have 0.3."""
+
+
+def histograms(
+    stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice], top_dn: int
+) -> dict[str, Floats]:
+    """How often each channel has each code, (top_dn + 1,).
+
+    Args:
+        stacks: frames of some shots.
+        lattices: where the measured samples are.
+        top_dn: the largest pixel value.
+    """
+    found = {lattice.channel: np.zeros(top_dn + 1) for lattice in lattices}
+    for lattice in lattices:
+        for dn in stacks:
+            codes = lattice.of(dn[:FRAMES]).ravel().astype(np.int64)
+            found[lattice.channel] += np.bincount(codes, minlength=top_dn + 1)[: top_dn + 1]
+    return found
+
+
+def white_balance(counts: Mapping[str, Floats]) -> WhiteBalance | None:
+    """Gains of whole red and blue codes against green; None where neither has the comb of one.
+
+    Args:
+        counts: histograms by channel.
+    """
+    if set(counts) != set(CHANNELS):
+        return None
+    found = {channel: _gain_of(one) for channel, one in counts.items()}
+    # where green has a comb as well, all codes are counted in other steps
+    if found["G"] is not None or (found["R"] is None and found["B"] is None):
+        return None
+    red, blue = found["R"] or (1.0, False), found["B"] or (1.0, False)
+    return WhiteBalance(red_gain=red[0], blue_gain=blue[0], about_black=float(red[1] or blue[1]))
+
+
+def _gain_of(counts: Floats) -> tuple[float, bool] | None:
+    """Gain of a histogram, and whether it leaves a black level alone; None without a comb."""
+    codes = np.arange(len(counts))[:, None]
+    found = [(*_fitting(counts, GAINS, codes * GAINS + at), at) for at in OFFSETS]
+    best = max(alike for alike, _, _ in found)
+    if best < ALIKE:
+        return None
+    # a little more gain is a little less offset: the roundest pair of those that fit alike
+    alike = [
+        (len(f"{gain:g}"), not _nothing(at, gain), gain)
+        for one, gain, at in found
+        if one > best - SLACK
+    ]
+    _, off_zero, gain = min(alike)
+    return gain, off_zero
+
+
+def _nothing(offset: float, gain: float) -> bool:
+    """Whether an offset is some whole codes' worth of gain, so that the codes begin at 0."""
+    beyond = offset % gain
+    return bool(min(beyond, gain - beyond) < AS_GOOD_AS_ZERO)
+
+
+def exponent(counts: Mapping[str, Floats]) -> float | None:
+    """Exponent of a power that bends whole codes of all channels; None without a comb of one.
+
+    Args:
+        counts: histograms by channel.
+    """
+    whole = np.sum(list(counts.values()), axis=0)
+    if len(whole) > MOST_CODES:
+        return None
+    top = len(whole) - 1
+    codes = np.arange(len(whole))[:, None]
+    alike, found = _fitting(whole, EXPONENTS, top * (codes / top) ** EXPONENTS)
+    return found if alike > BENT_ALIKE else None
+
+
+def _fitting(counts: Floats, figures: Floats, curves: Floats) -> tuple[float, float]:
+    """The figure whose comb is most like a histogram: how much, and which.
+
+    Args:
+        counts: (codes,).
+        figures: one for each curve, (n,).
+        curves: what becomes of each whole code, (codes, n).
+    """
+    smooth = ndimage.uniform_filter1d(counts, WINDOW, mode="constant")
+    # away from the ends, where a histogram has slopes of its own
+    at = np.flatnonzero(ndimage.minimum_filter1d(smooth, WINDOW) > LEAST_COUNT)
+    if len(at) < LEAST_CODES:
+        return 0.0, 1.0
+    size = len(counts)
+    places = np.clip(np.rint(curves), 0, size - 1).astype(np.int64) + size * np.arange(len(figures))
+    taken = np.bincount(places.ravel(), minlength=curves.size).reshape(len(figures), size).T
+    comb = taken / np.maximum(
+        ndimage.uniform_filter1d(taken.astype(np.float64), WINDOW, axis=0), 1e-9
+    )
+    comb = comb[at] - comb[at].mean(axis=0)
+    seen = counts[at] / smooth[at]
+    seen = np.clip(seen - seen.mean(), -1.0, 1.0)
+    norm = np.sqrt(np.square(comb).sum(axis=0) * np.square(seen).sum())
+    likeness = np.where(np.abs(figures - 1) > NEAR, seen @ comb / np.maximum(norm, 1e-9), 0.0)
+    return float(likeness.max()), _roundest(figures[likeness > likeness.max() - SLACK])
+
+
+def _roundest(alike: Floats) -> float:
+    """Of figures that fit alike, the one with fewest decimals: people set them."""
+    return float(min(alike, key=lambda figure: (len(f"{figure:g}"), abs(figure - alike.mean()))))

@@ -1,0 +1,110 @@
+"""Which shots and frames take part: some choose and fit, the others are kept for the score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.look.observe import Stack
+from analysis.gap.look.repeats import fresh, repeats
+from sensor.frames import Capture, Frames
+
+GROUP_FRAMES = 8
+"""Frames that are looked at together. Real and simulated captures are looked at in groups of the
+same size, so that whatever a finite group does to a statistic it does to both."""
+
+LARGE_PX = 160_000
+"""Of larger frames half as many make a group: there are pixels enough in them."""
+
+MOST_GROUPS = 6
+"""Groups of a shot that are looked at."""
+
+FEWEST_FRAMES = 4
+"""A shot with fewer cannot be split into two groups that both have noise in time."""
+
+FEWEST_SHOTS = 2
+KEY_SHOTS = 5
+"""Shots that choose and fit: enough for two lamps, two levels, and two exposures in the dark."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """Who does what.
+
+    Attributes:
+        frames: frames in a group.
+        groups: groups of each shot.
+        key: labels of the shots that choose and fit, with every other group of theirs.
+        other: labels of the shots that are not looked at: they would show the same again.
+        unused: labels of the shots with too few frames.
+    """
+
+    frames: int
+    groups: int
+    key: tuple[str, ...]
+    other: tuple[str, ...]
+    unused: tuple[str, ...]
+
+
+def plan(capture: Capture) -> Plan | None:
+    """How to use a capture; None where fewer than two shots have enough frames.
+
+    One shot cannot tell gain from read noise, nor light from black level.
+    """
+    usable = [f for f in capture.frames if f.count >= FEWEST_FRAMES]
+    if len(usable) < FEWEST_SHOTS:
+        return None
+    typical = int(np.median([f.count for f in usable]))
+    large = usable[0].height * usable[0].width > LARGE_PX
+    frames = max(2, min(GROUP_FRAMES // (2 if large else 1), typical // 2 // 2 * 2))
+    usable = [f for f in usable if f.count >= 2 * frames]
+    if len(usable) < FEWEST_SHOTS:
+        return None
+    key = tuple(_key_shots(usable))
+    return Plan(
+        frames=frames,
+        groups=min(MOST_GROUPS, min(f.count for f in usable) // frames),
+        key=key,
+        other=tuple(f.shot.label for f in usable if f.shot.label not in key),
+        unused=tuple(f.shot.label for f in capture.frames if f not in usable),
+    )
+
+
+def _key_shots(usable: list[Frames]) -> list[str]:
+    """The dark extremes, the brightest of each lamp, then levels in between: in capture order."""
+    darks = sorted((f for f in usable if f.shot.dark), key=lambda f: f.shot.exposure_s)
+    chosen: list[Frames] = [*darks[-1:]]
+    lamps: dict[tuple[str, ...], list[Frames]] = {}
+    for f in usable:
+        if not f.shot.dark:
+            lamps.setdefault(f.shot.light, []).append(f)
+    ladders = [sorted(rungs, key=_light) for rungs in lamps.values()]
+    ladders = [[f for f in rungs if not _saturated(f)] or rungs[:1] for rungs in ladders]
+    chosen += [rungs[-1] for rungs in ladders]
+    chosen += darks[:1] if len(darks) > 1 else []
+    chosen += [rungs[len(rungs) // 3] for rungs in ladders if len(rungs) > 1]
+    chosen += darks[1:-1] + [f for rungs in ladders for f in rungs]
+    distinct = list(dict.fromkeys(f.shot.label for f in chosen))[:KEY_SHOTS]
+    return [f.shot.label for f in usable if f.shot.label in distinct]
+
+
+def _light(frames: Frames) -> float:
+    return frames.shot.exposure_s * sum(frames.shot.level)
+
+
+def _saturated(frames: Frames) -> bool:
+    """Whether more than a tenth of a frame is at the top."""
+    return float((frames.dn[0] >= frames.top_dn).mean()) > 0.1
+
+
+def stack_of(frames: Frames, plan: Plan) -> Stack:
+    """A shot in groups of frames."""
+    wanted = plan.groups * plan.frames
+    taken = np.asarray(frames.dn[:wanted])
+    return Stack(
+        label=frames.shot.label,
+        lit=not frames.shot.dark,
+        groups=np.split(fresh(taken, wanted), plan.groups),
+        repeated=float(repeats(taken).mean()),
+    )

@@ -1,0 +1,31 @@
+"""The histogram of codes: codes that are missing, favoured, or piled up at the ends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.gap.look.statistics.group import Group
+
+
+def codes(group: Group) -> dict[str, float]:
+    """Unevenness of the histogram against its own smooth course, by the place of a code's bits."""
+    flat = group.codes.ravel()
+    histogram = np.bincount(flat, minlength=8).astype(np.float64)
+    share = histogram / flat.size
+    found = {
+        "at zero": float(np.sqrt(share[0])),
+        "at the top": float(np.sqrt(share[group.top_dn])) if len(share) > group.top_dn else 0.0,
+    }
+    for period in (2, 4, 8):
+        by_place = np.array([share[k::period].sum() for k in range(period)])
+        found[f"codes by place in {period}"] = float(
+            np.sqrt(np.square(by_place - 1 / period).sum())
+        )
+    inner = histogram[1 : group.top_dn]
+    around = np.convolve(inner, [0.5, 0.0, 0.5], mode="same")
+    used = around > 50
+    found["bumps of the histogram"] = 0.0
+    if used.sum() >= 4:
+        bumps = np.log((inner[used] + 1.0) / (around[used] + 1.0))
+        found["bumps of the histogram"] = float(np.sqrt(np.mean(np.square(np.clip(bumps, -2, 2)))))
+    return found

@@ -1,0 +1,80 @@
+"""What a demosaicer and the processing after it leave: interpolated samples against measured ones.
+
+Also the grid of 8 x 8 blocks that a codec leaves, on the whole image.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.look.lattices import Lattice
+from analysis.gap.look.statistics.group import lagged, safe_ratio
+
+
+def interpolation(dn: NDArray[Any], lattices: tuple[Lattice, ...], lit: bool) -> dict[str, float]:
+    """Figures of colour images; of the block grid alone for others.
+
+    Args:
+        dn: frames, (n, H, W, 3) or (n, H, W).
+        lattices: where the measured samples are.
+        lit: whether a lamp was on.
+    """
+    frame = dn[0].astype(np.float32)
+    green = frame[..., 1] if frame.ndim == 3 else frame
+    found = {"grid of 8, across": _grid(green), "grid of 8, down": _grid(green.T)}
+    if frame.ndim != 3:
+        return found
+    planes = [np.ascontiguousarray(dn[:2, ..., k], dtype=np.float32) for k in range(3)]
+    noise = [plane[0] - plane[1] for plane in planes]
+    if len(lattices) == 4:
+        found |= _against_bilinear(frame, noise, lattices)
+    width = frame.shape[1]
+    for name, k in (("R", 0), ("B", 2)):
+        side = noise[k] - noise[1]
+        v = lagged(side, 0)
+        for lag in (1, 2, 4):
+            found[f"colour noise {name}, across {lag}"] = safe_ratio(lagged(side, lag), v)
+        found[f"colour noise {name}, down 1"] = safe_ratio(lagged(side, width), v)
+    power = [lagged(plane, 0) for plane in noise]
+    for a, b in ((0, 1), (1, 2), (0, 2)):
+        together = float(np.dot(noise[a].ravel(), noise[b].ravel())) / noise[a].size
+        scale = float(np.sqrt(power[a] * power[b]))
+        found[f"noise of {'RGB'[a]} with {'RGB'[b]}"] = safe_ratio(together, scale)
+    return found
+
+
+def _against_bilinear(
+    frame: NDArray[np.float32], noise: list[NDArray[np.float32]], lattices: tuple[Lattice, ...]
+) -> dict[str, float]:
+    """How far red and blue, where green was measured, are from the mean of their neighbours."""
+    found = {}
+    for lattice in lattices:
+        if lattice.channel == "G":
+            continue
+        plane = frame[..., "RGB".index(lattice.channel)]
+        own = plane[lattice.dy :: 2, lattice.dx :: 2]
+        between = plane[lattice.dy :: 2, 1 - lattice.dx :: 2]
+        left, right = (own[:, :-1], own[:, 1:])
+        start = 0 if lattice.dx == 0 else 1
+        at = between[:, start : start + left.shape[1]]
+        n = min(at.shape[1], left.shape[1])
+        off = at[:, :n] - (left[:, :n] + right[:, :n]) / 2
+        found[f"off bilinear {lattice.channel}"] = float(np.log(np.square(off).mean() + 0.05))
+        channel = noise["RGB".index(lattice.channel)]
+        measured = float(np.square(channel[lattice.dy :: 2, lattice.dx :: 2]).mean())
+        beside = float(np.square(channel[lattice.dy :: 2, 1 - lattice.dx :: 2]).mean())
+        corner = float(np.square(channel[1 - lattice.dy :: 2, 1 - lattice.dx :: 2]).mean())
+        found[f"interpolated noise {lattice.channel}"] = safe_ratio(beside, measured)
+        found[f"doubly interpolated noise {lattice.channel}"] = safe_ratio(corner, measured)
+    return found
+
+
+def _grid(plane: NDArray[np.float32]) -> float:
+    """Steps across the borders of 8 x 8 blocks over steps elsewhere, less 1."""
+    steps = np.abs(np.diff(plane, axis=1))
+    steps = np.minimum(steps, 8 * np.median(steps[::8, ::3]) + 4)
+    border = float(steps[:, 7::8].mean())
+    return safe_ratio(border, float(steps.mean())) - 1.0

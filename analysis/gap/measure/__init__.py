@@ -1,0 +1,1 @@
+"""How far a capture is from a model, and what an effect would take off."""

@@ -1,0 +1,214 @@
+"""Suspects: every effect of the catalogue, as it would show in these very shots.
+
+A suspect is simulated with the same random numbers as the base camera; the difference, less what
+calibration takes up, is its signature. How much of it the capture has is least squares; then it is
+simulated again at that strength, because few effects are proportional to their parameters.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.calibrate.agreement import agreed
+from analysis.gap.calibrate.calibration import Calibration
+from analysis.gap.calibrate.fit import SEEDS, Fit
+from analysis.gap.camera.base import Base
+from analysis.gap.camera.twin import twin
+from analysis.gap.look.observe import Key, Observation
+from foundation.errors import InputError
+from sensor.colours import CHANNELS, Colours
+from sensor.effect import Effect, Parameter
+
+Floats = NDArray[np.float64]
+
+MOST_CHOICES = 5
+"""Whole numbers that are each tried."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signature:
+    """How an effect of one strength shows.
+
+    Attributes:
+        effect: with its parameters.
+        keys: of the figures.
+        figures, means: differences from the base.
+    """
+
+    effect: Effect
+    keys: tuple[Key, ...]
+    figures: Floats
+    means: Floats
+
+    def on(self, keys: tuple[Key, ...]) -> Signature:
+        """The same on the figures of another model; one that was not seen did not move."""
+        if keys == self.keys:
+            return self
+        known = dict(zip(self.keys, self.figures, strict=True))
+        figures = np.array([known.get(key, 0.0) for key in keys])
+        return dataclasses.replace(self, keys=keys, figures=figures)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Evidence:
+    """A signature held against a capture.
+
+    Attributes:
+        signature: how the effect would show.
+        amount: how much of it there is; 1 where its strength is right.
+        score: by how much chi-squared falls with that amount.
+        norm: chi-squared of the signature by itself.
+        absorbed: part of it that calibration takes up.
+        left: what is left of the signature, in the calibrated space.
+    """
+
+    signature: Signature
+    amount: float
+    score: float
+    norm: float
+    absorbed: float
+    left: Floats
+
+    @property
+    def effect(self) -> Effect:
+        """The effect with the parameters of the signature."""
+        return self.signature.effect
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+
+def signature(
+    effect: Effect,
+    known: Fit,
+    *,
+    seeds: Sequence[int] = SEEDS,
+    base: Base | None = None,
+    references: Mapping[int, Observation] | None = None,
+) -> Signature | None:
+    """How an effect shows; None where these frames cannot have it.
+
+    Args:
+        effect: with its parameters.
+        known: the model, with the effects it has already.
+        seeds: random numbers, once each.
+        base: figures of the camera, where they are not those of the fit.
+        references: twins without the effect by seed, where they are at hand.
+    """
+    try:
+        after = [
+            known.textured(
+                twin(known.scenery, base or known.base, effects=[*known.effects, effect], seed=seed)
+            )
+            for seed in seeds
+        ]
+    except InputError:
+        return None
+    before = [
+        references[seed]
+        if references is not None
+        else known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
+        for seed in seeds
+    ]
+    figures, means = agreed(before, after)
+    return Signature(effect=effect, keys=before[0].keys, figures=figures, means=means)
+
+
+def hold(shown: Signature, turned: Calibration, left: Floats) -> Evidence:
+    """A signature against what is left of a capture.
+
+    Args:
+        shown: the signature.
+        turned: the calibrated space.
+        left: what is left of the capture there.
+    """
+    vector = turned.space.vector(shown.figures, shown.means)
+    remains = turned.left(vector)
+    norm = float(remains @ remains)
+    whole = float(vector @ vector)
+    along = float(remains @ left)
+    amount = along / norm if norm > 0 else 0.0
+    if amount < 0 and not signed(type(shown.effect)):
+        amount = 0.0
+    return Evidence(
+        signature=shown,
+        amount=amount,
+        score=amount * (2 * along - amount * norm),
+        norm=norm,
+        absorbed=1.0 - norm / whole if whole > 0 else 1.0,
+        left=remains,
+    )
+
+
+def strengths(kind: type[Effect]) -> list[Parameter]:
+    """The parameters that make an effect vanish."""
+    return [p for p in kind.parameters() if p.identity is not None]
+
+
+def signed(kind: type[Effect]) -> bool:
+    """Whether an effect may go either way."""
+    return any(
+        p.minimum < p.identity < p.maximum
+        for p in strengths(kind)
+        if p.identity is not None and not p.whole
+    )
+
+
+def starts(kind: type[Effect]) -> list[Effect]:
+    """Effects from which a search begins: the default, and the other choices there are."""
+    ranges: dict[str, list[float]] = {}
+    for p in kind.parameters():
+        if p.starts:
+            ranges[p.name] = list(p.starts)
+        elif p.whole:
+            low = p.minimum + 1 if p.identity == p.minimum else p.minimum
+            ranges[p.name] = [float(v) for v in np.arange(low, p.maximum + 1)[:MOST_CHOICES]]
+    made = []
+    for values in itertools.product(*ranges.values()):
+        made.append(kind(**dict(zip(ranges, values, strict=True))))
+    for p in strengths(kind):
+        identity = p.identity
+        if p.per_colour and identity is not None and p.default != identity:
+            # what all colours have in common may be calibration's
+            for only in CHANNELS:
+                one = {c: p.default if c == only else identity for c in CHANNELS}
+                made.append(kind(**{p.name: Colours(**one)}))
+        # a parameter that is off by default is a direction of its own
+        if not p.whole and p.default == p.identity:
+            step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum))
+            alone = {q.name: q.identity for q in strengths(kind)} | {p.name: p.default + step}
+            made.append(kind(**alone))
+    return made
+
+
+def scaled(effect: Effect, factor: float) -> Effect:
+    """The same effect, so many times as strong, inside its range."""
+    values: dict[str, Any] = {}
+    for p in effect.parameters():
+        value = getattr(effect, p.name)
+        if p.identity is None or p.whole:
+            continue
+        if isinstance(value, Colours):
+            values[p.name] = value.map(functools.partial(p.away, factor=factor))
+        elif isinstance(value, float):
+            values[p.name] = p.away(value, factor)
+    return dataclasses.replace(effect, **values)
+
+
+def response_of(tried: Sequence[tuple[float, float]], before: float) -> float:
+    """Power of the strength with which a signature grows, from the last two tries."""
+    (f1, a1), (f2, a2) = tried[-2:]
+    if min(f1 * f2, a1, a2) <= 0 or abs(np.log(f2 / f1)) < 0.3:
+        return before  # too near each other to tell
+    # the signature at f2 is a1 / a2 times that at f1
+    return float(np.clip(np.log(a1 / a2) / np.log(f2 / f1), 0.8, 2.5))

@@ -1,0 +1,107 @@
+"""What a model's own twins differ by, each from the others: the measure of every distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from analysis.gap.calibrate.fit import Fit, fair
+from analysis.gap.calibrate.space import PRIOR_FREEDOM
+from analysis.gap.look.observe import IMAGE, OF_A_BODY, Key
+
+Floats = NDArray[np.float64]
+
+BORROWED = 8.0
+"""Degrees of freedom with which a family's spread is drawn to that of independent figures."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spread:
+    """Spread of the twins of a model.
+
+    Attributes:
+        families: family of each coordinate.
+        in_body: whether it is of what stays from frame to frame.
+        names: the families.
+        expected: chi-squared that a twin has of each family.
+        variance: of that chi-squared.
+        residuals: what calibration leaves of the twins, one row each.
+        amounts: what calibration takes up of them, (twins, directions).
+        of_body: part of each direction that shows in the pattern of a body.
+    """
+
+    families: NDArray[np.str_]
+    in_body: NDArray[np.bool_]
+    names: tuple[str, ...]
+    expected: Floats
+    variance: Floats
+    residuals: Floats
+    amounts: Floats
+    of_body: Floats
+
+    def errors(self, groups: int) -> Floats:
+        """Standard errors of the amounts of all directions, read from so many groups of one body.
+
+        What a direction changes in the noise is averaged over groups, what it changes in the
+        pattern of a body is not.
+        """
+        scale = self.of_body + (1 - self.of_body) / groups + 1 / len(self.amounts)
+        return np.asarray(self.amounts.std(axis=0, ddof=1) * np.sqrt(scale))
+
+
+def spread_of(known: Fit) -> Spread:
+    """Measure the twins of a model against each other."""
+    one, bodies, ways = known.calibration_of_twins(), known.bodies, known.ways
+    families = one.space.families
+    names = tuple(dict.fromkeys(families))
+    count = bodies.groups
+    differences = [fair(count) * one.space.of(bodies, slice(k, k + 1)) for k in range(count)]
+    residuals = np.array([one.left(difference) for difference in differences])
+    trusted = [believed(r[: len(families)], count) for r in residuals]
+    squares = np.array([[np.sum(np.square(z[families == n])) for n in names] for z in trusted])
+    expected = squares.mean(axis=0)
+    size = np.array([(families == n).sum() for n in names])
+    usual = 2.0 * np.maximum(expected, 1e-9) * np.maximum(expected / size, 1.0)
+    variance = ((count - 1) * squares.var(axis=0, ddof=1) + BORROWED * usual) / (
+        count - 1 + BORROWED
+    )
+    # twins are one group of frames; of a capture's many, what is left is one body in every shot
+    alike = np.array([_times_shown(one.space.keys, name) for name in names])
+    variance = np.maximum(variance, 2.0 * expected * alike)
+    in_body = np.isin(families, [IMAGE, *OF_A_BODY])
+    columns = np.array(
+        [one.space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
+    )
+    shown = np.square(columns)
+    return Spread(
+        families=families,
+        in_body=in_body,
+        names=names,
+        expected=expected,
+        variance=np.maximum(variance, 1e-12),
+        residuals=residuals,
+        amounts=np.array([one.amounts(difference) for difference in differences]),
+        of_body=shown[:, in_body].sum(axis=1) / np.maximum(shown.sum(axis=1), 1e-300),
+    )
+
+
+def _times_shown(keys: Sequence[Key], family: str) -> float:
+    """Shots in which a figure of a body is seen, in the mean; 0 of others, which differ in each."""
+    own = [key for key in keys if key.family == family and family in OF_A_BODY]
+    return len(own) / len({(key.lattice, key.statistic) for key in own}) if own else 0.0
+
+
+def believed(z: Floats, count: int) -> Floats:
+    """Differences in standard errors that are themselves estimates, as normal ones of equal chance.
+
+    A spread that is read from a few twins is sometimes too small: Student's t. Large differences
+    stay as they are, they need no chance.
+    """
+    freedom = count - 1 + PRIOR_FREEDOM
+    size = np.minimum(np.abs(z), 8.0)
+    normal = stats.norm.isf(stats.t.sf(size, freedom))
+    return np.asarray(np.where(np.abs(z) < 8.0, normal, np.abs(z) - 8.0 + normal))

@@ -1,0 +1,1 @@
+"""A capture made ready to be asked."""

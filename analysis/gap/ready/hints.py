@@ -1,0 +1,204 @@
+"""What the frames themselves say of parameters that a search could not guess: a period, a place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, ndimage
+
+from analysis.gap.camera.base import Base
+from analysis.gap.look.lattices import Lattice
+from sensor.colours import Colours
+from sensor.frame_times import interval_of
+from sensor.frames import Frames
+
+Floats = NDArray[np.float64]
+
+Hints = Mapping[str, float | Colours]
+"""Where a search for a parameter of that name should begin."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Told:
+    """A suspect of which the frames tell parameters, so that it is followed in any case.
+
+    Attributes:
+        hints: the parameters.
+        exact: whether they are told to the last digit: no fit is better.
+        base: where the camera begins with it, if that is better known than what fits without.
+    """
+
+    hints: Hints
+    exact: bool = True
+    base: Base | None = None
+
+
+HINT_FRAMES = 16
+
+
+def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
+    """Period along the read-out of the strongest wave in the noise, in pixels.
+
+    The spectrum is that of a whole frame in the order it is read, so that waves along the rows,
+    waves across them and all between are one peak each.
+    """
+    power: Floats | float = 0.0
+    for stack in stacks:
+        noise = _mosaic(stack, lattices)
+        pixels = noise[0].size
+        power = power + np.square(np.abs(fft.rfft(noise.reshape(-1, pixels)))).mean(axis=0)
+    power = np.atleast_1d(power)
+    # drifts of whole frames are not waves, and nothing is faster than two pixels
+    low = 8
+    peak = low + int(np.argmax(power[low:]))
+    return max(float(pixels / _between(power, peak)), 2.0)
+
+
+LOUD = 0.005
+"""Part of the pixels that are noisiest, of which the time constant is read."""
+
+FEWEST_OF_A_DWELL = 12
+"""Frames of a dark from which it is read."""
+
+LEAST_CORRELATION = 0.05
+"""Of a frame with the next, in what these pixels have beyond others: less is chance."""
+
+
+def dwell_s(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float | None:
+    """Dwell time of a level of the noisiest pixels, if both are equally long; None of noise alone.
+
+    A trap's noise is correlated over k frames by exp(-k interval / tau), and tau is half of the
+    dwell time. Pixels are chosen by every other pair of frames and read in those between, so that
+    chance does not choose what it then reads; the noise of the typical pixel is taken off.
+    """
+    of_next = of_same = 0.0
+    for stack in stacks:
+        if not stack.shot.dark or stack.count < FEWEST_OF_A_DWELL:
+            continue
+        for lattice in lattices:
+            noise = lattice.of(stack.dn[:BEATS_FRAMES]).astype(np.float64)
+            noise = noise - noise.mean(axis=0)
+            pairs = noise[: len(noise) // 4 * 4].reshape(-1, 2, 2, *noise.shape[1:])
+            choosing, reading = pairs[:, 0], pairs[:, 1]
+            power = np.square(choosing).mean(axis=(0, 1))
+            loud = power > np.quantile(power, 1 - LOUD)
+            same = np.square(reading).mean(axis=(0, 1))
+            following = reading.prod(axis=1).mean(axis=0)
+            of_same += float((same[loud] - np.median(same)).sum())
+            of_next += float((following[loud] - np.median(following)).sum())
+            interval_s = interval_of(stack.shot)
+    if of_same <= 0 or not LEAST_CORRELATION < of_next / of_same < 1:
+        return None
+    return float(-2.0 * interval_s / np.log(of_next / of_same))
+
+
+MAINS_HZ = np.arange(45.0, 65.0, 0.02)
+USUAL_MAINS_HZ = (50.0, 60.0)
+BEATS_FRAMES = 64
+"""Frames of a shot whose means are looked at."""
+
+CLEAR_BEAT = 8.0
+"""Power of a beat in the means of frames over the typical one; of noise the highest has 5."""
+
+AS_GOOD = 0.97
+"""Part of the power from which another frequency of the mains shows as well: the same beat comes
+from many."""
+
+
+def mains_hz(stacks: Sequence[Frames]) -> float | None:
+    """Frequency of the mains whose light beats with the frames as their means do; None without.
+
+    Of those that beat alike it is the one next to 50 or 60 Hz.
+    """
+    power = np.zeros(len(MAINS_HZ))
+    for stack in stacks:
+        if stack.shot.dark:
+            continue
+        dn = np.asarray(stack.dn[:BEATS_FRAMES, ::4, ::4], dtype=np.float64)
+        means = dn.reshape(len(dn), -1).mean(axis=1)
+        beat = means / max(means.mean(), 1e-9) - 1.0
+        starts_s = np.arange(len(dn)) * interval_of(stack.shot)
+        waves = np.exp(-2j * np.pi * 2 * np.outer(MAINS_HZ, starts_s))
+        power += np.square(np.abs(waves @ beat)) / max(float(beat @ beat), 1e-30)
+    highest = float(power.max())
+    if highest < CLEAR_BEAT * float(np.median(power)) or highest == 0:
+        return None
+    alike = MAINS_HZ[power > AS_GOOD * highest]
+    off = np.abs(alike[:, None] - np.array(USUAL_MAINS_HZ)).min(axis=1)
+    return float(alike[np.argmin(off)])
+
+
+MOST_BITS = 8
+
+
+def empty_bits(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> int:
+    """Lowest bits that have one value in all measured samples: nothing was ever counted in them."""
+    codes = [
+        np.unique(lattice.of(stack.dn[:HINT_FRAMES])) for stack in stacks for lattice in lattices
+    ]
+    used = np.unique(np.concatenate(codes)).astype(np.int64)
+    for bits in range(MOST_BITS, 0, -1):
+        if len(used) > 1 and len(np.unique(used % 2**bits)) == 1:
+            return bits
+    return 0
+
+
+def _between(power: Floats, peak: int) -> float:
+    """Place of a peak between the points of a spectrum, by the parabola of its logarithm."""
+    if not 0 < peak < len(power) - 1:
+        return float(peak)
+    left, middle, right = np.log(power[peak - 1 : peak + 2] + 1e-30)
+    bend = left - 2 * middle + right
+    return float(peak + (0.5 * (left - right) / bend if bend < 0 else 0.0))
+
+
+def _mosaic(stack: Frames, lattices: tuple[Lattice, ...]) -> NDArray[np.float32]:
+    """Noise of measured samples in their places, each colour in units of its own."""
+    dn = np.asarray(stack.dn[:HINT_FRAMES])
+    plane = np.zeros(dn.shape[:3], dtype=np.float32)
+    for lattice in lattices:
+        channel = dn[..., "RGB".index(lattice.channel)] if dn.ndim == 4 else dn
+        samples = channel[:, lattice.dy :: lattice.step, lattice.dx :: lattice.step]
+        noise = samples.astype(np.float32)
+        noise = noise - noise.mean(axis=0)
+        size = float(noise.std()) or 1.0
+        plane[:, lattice.dy :: lattice.step, lattice.dx :: lattice.step] = noise / size
+    return plane
+
+
+@dataclass(frozen=True, kw_only=True)
+class Patch:
+    """A bright patch of the residual image.
+
+    Attributes:
+        across, below: its middle, as parts of the width and of the height.
+        sigma: standard deviation of a normal lobe of its area, as a part of the height.
+    """
+
+    across: float
+    below: float
+    sigma: float
+
+
+def brightest(left: Floats, grid: tuple[int, int]) -> Patch:
+    """Where the residual image is most above the model over an area.
+
+    Args:
+        left: residual blocks in standard errors, (shots, channels, blocks).
+        grid: blocks down and across.
+    """
+    highest = max(10.0, float(np.quantile(left, 0.99)))
+    image = np.clip(left, -highest, highest).mean(axis=(0, 1)).reshape(grid)
+    smooth = ndimage.gaussian_filter(image, max(1.0, grid[0] / 12))
+    y, x = np.unravel_index(int(np.argmax(smooth)), grid)
+    # a normal lobe is over half of its peak on an area of 2 pi ln 2 sigma^2
+    pieces, _ = ndimage.label(smooth > 0.5 * smooth.max())
+    area = float((pieces == pieces[y, x]).sum())
+    return Patch(
+        across=(float(x) + 0.5) / grid[1],
+        below=(float(y) + 0.5) / grid[0],
+        sigma=float(np.sqrt(area / (2 * np.pi * np.log(2)))) / grid[0],
+    )

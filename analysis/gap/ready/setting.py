@@ -1,0 +1,144 @@
+"""A capture made ready to be diagnosed: which frames, under which light, and what they show."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.calibrate.darks import black_of
+from analysis.gap.camera.base import Body
+from analysis.gap.camera.light import light_of
+from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
+from analysis.gap.look.arithmetic import arithmetic_of
+from analysis.gap.look.comb import exponent, histograms, white_balance
+from analysis.gap.look.jpeg_tables import quality
+from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
+from analysis.gap.look.observe import BLOCKS_DOWN, Observation, View, observe
+from analysis.gap.look.shots import Plan, plan, stack_of
+from analysis.gap.ready.hints import Told, empty_bits
+from render.rate import RateImage
+from sensor.effects.bit_truncation import BitTruncation
+from sensor.effects.gamma import Gamma
+from sensor.effects.jpeg import Jpeg
+from sensor.effects.white_balance import WhiteBalance
+from sensor.frames import Capture, Frames
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setting:
+    """A capture made ready: its plan, its light, and what was seen of its key shots.
+
+    Attributes:
+        capture: the frames.
+        plan: which of them take part.
+        scenery: format, light and shots.
+        seen: the key shots, looked at.
+        black_dn: a first black level.
+        arithmetic: how the demosaicer counts; see `arithmetic_of`.
+        white_balance: of whole codes; None where they have no comb of one.
+        told: parameters of suspects that whole codes tell, by name of the effect.
+    """
+
+    capture: Capture
+    plan: Plan
+    scenery: Scenery
+    seen: Observation
+    black_dn: float
+    arithmetic: int
+    white_balance: WhiteBalance | None
+    told: Mapping[str, Told]
+
+
+def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
+    """Everything that is known of a capture before any model; None where it has too few frames."""
+    chosen = plan(capture)
+    if chosen is None:
+        return None
+    lattices = lattices_of(capture)
+    first = capture.frames[0]
+    down = (min(first.height, first.width * 3 // 4) - 2 * BORDER_PX) // lattices[0].step
+    view = View(
+        lattices=lattices,
+        frames=chosen.frames,
+        side=max(1, -(-down // BLOCKS_DOWN)),
+        top_dn=first.top_dn,
+    )
+    keys = [f for f in capture.frames if f.shot.label in chosen.key]
+    black_dn = black_of_frames(capture.frames)
+    cfa = first.cfa or _cfa(lattices)
+    scenery = Scenery(
+        body=Body.of(first, cfa, capture.camera),
+        light=light_of(capture, stated, black_dn),
+        shots=shots_of([f.shot for f in keys]),
+        view=view,
+    )
+    counts = histograms([f.dn for f in keys], lattices, first.top_dn)
+    return Setting(
+        capture=capture,
+        plan=chosen,
+        scenery=scenery,
+        seen=observe((stack_of(f, chosen) for f in keys), view),
+        black_dn=black_dn,
+        arithmetic=arithmetic_of([f.dn for f in keys], lattices),
+        white_balance=white_balance(counts) if first.pixels == "rgb8" else None,
+        told=_told(keys, lattices, counts),
+    )
+
+
+def _told(
+    keys: Sequence[Frames], lattices: Sequence[Lattice], counts: Mapping[str, Floats]
+) -> dict[str, Told]:
+    """Lost bits, the exponent of a curve behind the converter, and the quality of JPEG."""
+    told: dict[str, Told] = {}
+    if bits := empty_bits(keys, lattices):
+        told[BitTruncation.name] = Told(hints={"bits": float(bits)})
+    if (power := exponent(counts)) is not None:
+        told[Gamma.name] = Told(hints={"exponent": power, "about_black": 0.0})
+    whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
+    if (tables := quality(whole)) is not None:
+        told[Jpeg.name] = Told(hints={"quality": float(tables)})
+    return told
+
+
+def black_of_frames(frames: Sequence[Frames]) -> float:
+    """A first black level in DN."""
+    darks = {f.shot.exposure_s: float(np.mean(f.dn[:4])) for f in frames if f.shot.dark}
+    lit: dict[float, list[float]] = {}
+    for f in frames:
+        if not f.shot.dark:
+            lit.setdefault(exposure_of(f.shot), []).append(float(np.mean(f.dn[:4])))
+    return black_of(darks, lit)
+
+
+def _cfa(lattices: Sequence[Lattice]) -> str:
+    names = [lattice.channel for lattice in lattices]
+    return "".join(names) if len(names) == 4 else "GGGG" if names == ["Y"] else "RGGB"
+
+
+def halves(seen: Observation) -> tuple[Observation, Observation]:
+    """The groups that fit, and those that score: every other one."""
+    return _part(seen, slice(0, None, 2)), _part(seen, slice(1, None, 2))
+
+
+def _part(seen: Observation, groups: slice) -> Observation:
+    return dataclasses.replace(seen, figures=seen.figures[groups], means=seen.means[groups])
+
+
+def too_little(capture: Capture) -> str | None:
+    """What makes a capture useless; None where nothing does."""
+    lit = capture.lit
+    if lit and all(float((f.dn[0] >= f.top_dn).mean()) > 0.5 for f in lit):
+        return "every lit shot is saturated in more than half of its pixels"
+    first = [np.asarray(f.dn[: min(2, f.count)]) for f in capture.frames]
+    if all(int(np.ptp(dn)) == 0 for dn in first):
+        return "all frames are of one value: there is neither a picture nor noise in them"
+    if lit and all(int(dn.max()) == 0 for f, dn in zip(capture.frames, first, strict=True)
+                   if not f.shot.dark):  # fmt: skip
+        return "every lit shot is black"
+    return None

@@ -1,0 +1,1 @@
+"""Which effect: every one at the strength that fits, the likeliest first."""

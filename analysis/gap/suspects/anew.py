@@ -1,0 +1,116 @@
+"""Calibrate the camera once more, with a suspect in it from the start."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+
+from analysis.gap.calibrate.refine import MOST_STEPS, counted, refine, refined
+from analysis.gap.camera.base import Base
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
+from analysis.gap.look.observe import Observation
+from analysis.gap.measure.case import Candidate, Case, candidate
+from analysis.gap.measure.signature import signature, starts, strengths
+from analysis.gap.ready.hints import Told
+from analysis.gap.suspects.pursue import FINAL_SEEDS, LONG
+from sensor.effect import Effect
+
+ANEW_STEPS = 5
+
+ENOUGH = 1.05
+"""Chi-squared per coordinate, by its own errors, from which no other way is gone with a suspect."""
+
+MISFIT = 1.2
+"""Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
+
+LED_NOWHERE = 0.9
+"""Part of the misfit without a suspect that a pursuit of it must not leave."""
+
+
+def anew(
+    case: Case,
+    found: Candidate,
+    first: Effect,
+    many: Mapping[int, Observation],
+    told: Told | None = None,
+) -> Candidate:
+    """Calibrate the camera with the suspect in it, its parameters along with the base.
+
+    Where a suspect is strong, the base that was calibrated without it is far from the camera, and
+    directions that were read there lead astray.
+
+    Args:
+        case: the capture.
+        found: the suspect as it was fitted so far.
+        first: as the search for it began; taken up again where the pursuit led nowhere.
+        many: twins of the model by seed.
+        told: what the frames tell of it.
+    """
+    known = case.known
+
+    # by its own errors: what makes figures scatter leaves much by those of others
+    best = found
+    least = refined(found.base, case.fit_seen, known.scenery, (*known.effects, found.effect)).misfit
+    if least <= ENOUGH:
+        return found
+    without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
+    effect, base = found.effect, found.base
+    start = told.base if told else None
+    tuned = not (told and told.exact)
+    if start or found.misfit > LED_NOWHERE * without:
+        effect, base = first, start or known.base
+
+    def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, float]:
+        fitted = refine(
+            begin,
+            case.fit_seen,
+            known.scenery,
+            (*known.effects, with_it),
+            steps=ANEW_STEPS if tuned else MOST_STEPS,
+            tuned=found.name if tuned else "",
+        )
+        shown = signature(
+            fitted.effects[-1], known, base=fitted.base, seeds=FINAL_SEEDS, references=many
+        )
+        if shown is None:
+            return found, least
+        return candidate(case, shown, fitted.base, found.absorbed), fitted.misfit
+
+    as_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
+    ways = [(as_counted, effect)]
+    if known.scenery.body.pixels == "rgb8":
+        # far from the camera its arithmetic cannot be seen, so both ways are gone
+        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}
+        ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
+    ways += [(as_counted, other) for other in _choices(effect)]
+    for way in ways:
+        other, left = calibrated(*way)
+        if left < least:
+            best, least = other, left
+        if least <= ENOUGH:
+            break
+    return best
+
+
+def _choices(effect: Effect) -> list[Effect]:
+    """The same effect with a choice made differently, or with another of its strengths."""
+    made = [
+        dataclasses.replace(effect, **{p.name: value})
+        for p in effect.parameters()
+        if p.whole and p.maximum - p.minimum < LONG
+        for value in p.starts
+        if value != getattr(effect, p.name)
+    ]
+    others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
+    return made + [one for on, one in others.items() if on != _strengths_on(effect)]
+
+
+def _strengths_on(effect: Effect) -> frozenset[str]:
+    """Names of the strengths that are not where the effect vanishes."""
+    return frozenset(
+        p.name
+        for p in strengths(type(effect))
+        if not p.whole and getattr(effect, p.name) != p.identity
+    )

@@ -1,0 +1,192 @@
+"""Which effect: every suspect at the strength that fits, scored on frames that did not fit it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from analysis.gap.calibrate.fit import SEEDS
+from analysis.gap.camera.twin import twin
+from analysis.gap.look.observe import Observation
+from analysis.gap.measure.case import Candidate, Case, candidate
+from analysis.gap.measure.signature import (
+    Evidence,
+    Signature,
+    hold,
+    response_of,
+    scaled,
+    signature,
+    starts,
+)
+from analysis.gap.ready.hints import Hints, Told
+from analysis.gap.suspects.anew import MISFIT, anew
+from analysis.gap.suspects.likelihood import judged
+from analysis.gap.suspects.pursue import FINAL_SEEDS, pursue
+from sensor.effect import Effect
+
+ROUNDS = 2
+"""How often a suspect is simulated again at the strength that it seems to have."""
+
+RIGHT = (0.75, 1.33)
+"""An amount in this range needs no further round."""
+
+ADAPTED = 7
+FINALISTS = 3
+NEAR = 0.2
+"""A suspect with less than this part of the best score is no finalist."""
+
+RIVAL = 0.5
+"""Part of the best score from which another one is its rival."""
+
+WORTH_A_LOOK = 6.0
+"""A suspect that takes less off chi-squared is not followed."""
+
+
+NOTHING_TOLD: Mapping[str, Told] = MappingProxyType({})
+
+
+def shows(
+    case: Case,
+    kinds: Iterable[type[Effect]],
+    hints: Hints,
+    told: Mapping[str, Told],
+    watch: Callable[[str], None] = lambda name: None,
+) -> list[Signature]:
+    """How every suspect would show at every strength and shape from which a search begins.
+
+    Args:
+        case: the capture.
+        kinds: the suspects.
+        hints: where the search for a parameter begins.
+        told: parameters that the frames tell, by name of the effect.
+        watch: told whose turn it is.
+    """
+    references = _references(case, SEEDS)
+    found = []
+    for kind in kinds:
+        watch(kind.name)
+        hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
+        hinted |= told[kind.name].hints if kind.name in told else {}
+        for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
+            shown = _shown(case, effect, references)
+            if shown is not None:
+                found.append(shown)
+    return found
+
+
+def attribute(
+    case: Case,
+    shown: Iterable[Signature],
+    watch: Callable[[str], None] = lambda name: None,
+    *,
+    told: Mapping[str, Told] = NOTHING_TOLD,
+) -> list[Candidate]:
+    """Every suspect that these frames may show, best first.
+
+    Args:
+        case: the capture.
+        shown: how the suspects show, here or at a model near this one; see `shows`.
+        told: suspects of which the frames tell parameters: they are followed in any case.
+        watch: told whose turn it is.
+    """
+    references = _references(case, SEEDS)
+    keys = case.fitting.turned.space.keys
+    first = _best_of_each(_held(case, one.on(keys)) for one in shown)
+    adapted = []
+    evident = [e for e in first if e.name in told]
+    for found in first[:ADAPTED]:
+        if found.score > WORTH_A_LOOK and found not in evident:
+            watch(found.name)
+            adapted.append(_adapt(case, found, references))
+    adapted.sort(key=lambda e: -e.score)
+    likely = [e for e in adapted if e.score > NEAR * adapted[0].score]
+    finalists = [*evident, *likely][:FINALISTS]
+    many = references
+    if finalists:
+        many = references | _references(case, [s for s in FINAL_SEEDS if s not in references])
+    candidates: list[Candidate] = []
+    for found in finalists:
+        watch(found.name)
+        if found in evident:
+            as_it_is, start = _as_it_is(case, found), told[found.name]
+            candidates.append(anew(case, as_it_is, found.effect, many, start))
+            continue
+        pursued = pursue(case, found, many)
+        # the strongest effect is the first, and calibration has known it since
+        rival = found.score > RIVAL * likely[0].score and not case.known.effects
+        if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
+            pursued = anew(case, pursued, found.effect, many)
+        candidates.append(pursued)
+    candidates = _by_likelihood(case, candidates)
+    done = {c.name for c in candidates}
+    candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
+    unique = {c.name: c for c in reversed(candidates)}
+    return sorted(unique.values(), key=lambda c: -c.score)
+
+
+def _by_likelihood(case: Case, followed: list[Candidate]) -> list[Candidate]:
+    """The same, those that are rivals by their score told apart by their likelihood."""
+    least = NEAR * max((c.score for c in followed), default=0.0)
+    rivals = [c for c in followed if c.score > max(least, 0.0)]
+    return [*judged(case, rivals), *(c for c in followed if c not in rivals)]
+
+
+def _references(case: Case, seeds: Iterable[int]) -> dict[int, Observation]:
+    """Twins of the model, by seed."""
+    known = case.known
+    return {
+        seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
+        for seed in seeds
+    }
+
+
+def _best_of_each(evidence: Iterable[Evidence]) -> list[Evidence]:
+    """The best of each suspect, best first."""
+    best: dict[str, Evidence] = {}
+    for one in evidence:
+        if one.name not in best or one.score > best[one.name].score:
+            best[one.name] = one
+    return sorted(best.values(), key=lambda e: -e.score)
+
+
+def _shown(case: Case, effect: Effect, references: Mapping[int, Observation]) -> Signature | None:
+    """How an effect shows here; None where these frames cannot have it."""
+    return signature(effect, case.known, references=references)
+
+
+def _held(case: Case, shown: Signature) -> Evidence:
+    return hold(shown, case.fitting.turned, case.fit_left)
+
+
+def _adapt(case: Case, found: Evidence, references: Mapping[int, Observation]) -> Evidence:
+    """Simulate at the strength it seems to have, until it has it."""
+    here = _shown(case, found.effect, references) if case.known.effects else None
+    best = found = found if here is None else _held(case, here)
+    factor, response = 1.0, 1.5
+    tried: list[tuple[float, float]] = [(1.0, found.amount)]
+    for _ in range(ROUNDS):
+        amount = tried[-1][1]
+        if RIGHT[0] <= amount <= RIGHT[1] or amount == 0.0:
+            break
+        if amount < 0:
+            factor = -factor * min(abs(amount), 4.0)
+        else:
+            factor *= float(np.clip(amount ** (1.0 / response), 0.1, 8.0))
+        moved = _shown(case, scaled(found.effect, factor), references)
+        if moved is None or moved.effect == best.effect:
+            break
+        shown = _held(case, moved)
+        tried.append((factor, shown.amount))
+        response = response_of(tried, response)
+        wrong = not RIGHT[0] <= best.amount <= RIGHT[1]
+        if shown.score > best.score or (wrong and shown.score > RIVAL * best.score):
+            best = shown
+    return best
+
+
+def _as_it_is(case: Case, found: Evidence) -> Candidate:
+    """A suspect that was not followed, at the amount that least squares gives it."""
+    return candidate(case, found.signature, case.known.base, found.absorbed, found.amount)

@@ -1,0 +1,77 @@
+"""Which suspect these frames are likelier from, each judged by its own errors.
+
+    deviance = -2 log L = sum z^2 + log det C
+
+A score tells by how much chi-squared falls in units of the model's errors without the suspect. One
+that makes figures scatter, from frame to frame or from body to body, is wronged by that: its right
+amount leaves as much chi-squared as the scatter is wide. One that only makes every figure
+uncertain gains by nothing here, since the determinant of its covariance is what it pays.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from analysis.gap.calibrate.calibration import calibration
+from analysis.gap.calibrate.fit import lit_by_label, seeds_of, together, with_keys
+from analysis.gap.calibrate.space import figure_variances, space_of
+from analysis.gap.camera.handles import free_parameters
+from analysis.gap.camera.twin import twin
+from analysis.gap.measure.case import Candidate, Case
+from analysis.gap.measure.twins_spread import believed
+
+JUDGES = 12
+"""Twins that tell the errors of a model."""
+
+PER_PARAMETER = 6.0
+"""What a further parameter costs: about log n of the figures that tell it, as Schwarz found."""
+
+CLEAR = 300.0
+"""Score of the best from which likelihoods are asked: determinants are read from a few twins, and
+differ by some ten by chance."""
+
+HALVES = 2.0
+"""Scores are of both halves of the frames, a deviance is of the one that scores."""
+
+
+def deviance(case: Case, found: Candidate) -> float:
+    """-2 log likelihood of the frames that score, up to what all suspects have in common.
+
+    Args:
+        case: the capture.
+        found: the suspect, fitted on the other frames.
+    """
+    known, seen = case.known, case.score_seen
+    effects = [*known.effects, found.effect]
+    bodies = together(
+        [
+            known.textured(twin(known.scenery, found.base, effects=effects, seed=seed))
+            for seed in seeds_of(JUDGES)
+        ]
+    )
+    bodies = with_keys(bodies, known.bodies.keys)
+    variances = figure_variances(bodies, lit_by_label(known.scenery), known.scenery.light.known)
+    space = space_of(bodies, variances, found.base, known.scenery, seen.groups, seen=seen)
+    left = calibration(space, known.ways).left(space.of(seen))
+    z = believed(left[: len(space.families)], JUDGES)
+    return float(np.square(z).sum() + space.log_determinant)
+
+
+def judged(case: Case, rivals: Sequence[Candidate]) -> list[Candidate]:
+    """Rivals with scores that are as far apart as their likelihoods.
+
+    Args:
+        case: the capture.
+        rivals: suspects, each at its fitted strength.
+    """
+    most = max((c.score for c in rivals), default=0.0)
+    if len(rivals) < 2 or most < CLEAR:
+        return list(rivals)
+    found = [deviance(case, c) + PER_PARAMETER * len(free_parameters(c.effect)) for c in rivals]
+    return [
+        dataclasses.replace(c, score=most - HALVES * (one - min(found)))
+        for c, one in zip(rivals, found, strict=True)
+    ]

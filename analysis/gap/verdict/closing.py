@@ -1,0 +1,113 @@
+"""How much of a gap a model closes, and whether it closes it where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from analysis.gap.look.observe import Key
+from analysis.gap.measure.case import Candidate
+from analysis.gap.measure.distance import Distance
+from analysis.gap.measure.measured import Measured
+from analysis.gap.measure.twins_spread import believed
+
+TOO_WIDE = -0.3
+"""G below which a model expects far more than these frames show: one body of it would not be so
+like another one as this capture is like its own picture. Right models have 0 within 0.1."""
+
+LARGE = 0.3
+"""A gap from which the part of it that a suspect takes off means something."""
+
+LEAST_PART = 0.12
+"""Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
+every body makes every expectation wide, and would close any gap of the picture by that alone."""
+
+CERTAIN = 1e-20
+"""Chance of a family below which it is beyond doubt that something is wrong with it."""
+
+LEAST_OF_A_FAMILY = 0.3
+"""Part of the gap of such a family that a model closes if it has the cause: right effects of other
+people's code close 0.5 of each or more, most wrong ones that close a total leave one as it was."""
+
+
+def closed(before: float, after: float, floor: float = 0.0) -> float:
+    """Part of the gap above the floor that is closed."""
+    return (before - after) / (before - floor) if before != floor else 0.0
+
+
+def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
+    """Whether it is the suspect's own doing that closes the gap, and not the width it gives to all.
+
+    Its signature takes a part of the gap off; or, if it makes noise in time scatter, which by the
+    errors of a model without it leaves more than there was, the frames are likelier with it.
+
+    Args:
+        found: the suspect.
+        now, after: the capture against the models without it and with it.
+    """
+    gap = now.held.total
+    expected = float(now.case.fitting.spread.expected.sum())
+    taken = float(np.square(now.case.fit_left).sum()) / expected - found.misfit
+    whole = float(now.rod.spread.expected.sum())
+    likelier = _fall_in_time(_deviance_in_time(now), _deviance_in_time(after)) / whole
+    return gap < LARGE or max(taken, likelier) > LEAST_PART * gap
+
+
+def _deviance_in_time(one: Measured) -> dict[Key, float]:
+    """-2 log likelihood of each figure of noise in time, by the model's own errors."""
+    space, spread = one.rod.turned.space, one.rod.spread
+    z = believed(one.left[: len(space.keys)], len(spread.residuals))
+    figures = np.square(z) + 2.0 * np.log(space.spread)
+    return {
+        key: float(figure)
+        for key, figure, in_body in zip(space.keys, figures, spread.in_body, strict=False)
+        if not in_body
+    }
+
+
+def _fall_in_time(before: Mapping[Key, float], after: Mapping[Key, float]) -> float:
+    """By how much it falls, over the figures that both models have."""
+    return sum(before[key] - after[key] for key in before if key in after)
+
+
+WORTH_CLOSING = 0.02
+"""Part of the whole excess below which a family is not held against a model: one that is right to a
+tenth leaves a hundredth of chi-squared."""
+
+
+def untouched(before: Measured, after: Measured) -> tuple[str, ...]:
+    """Families that were off beyond doubt and that a model leaves as they were.
+
+    The total is mostly of the families that have most figures: an effect may close all of it and
+    have nothing to do with what is wrong in another one.
+
+    Args:
+        before, after: the capture against the models without and with the effects.
+    """
+    spread = before.rod.spread
+    expected = dict(zip(spread.names, map(float, spread.expected), strict=True))
+    return left_as_they_were(before.whole.p_by_family, before.held, after.held, expected)
+
+
+def left_as_they_were(
+    chances: Mapping[str, float],
+    before: Distance,
+    after: Distance,
+    expected: Mapping[str, float],
+) -> tuple[str, ...]:
+    """The same by family.
+
+    Args:
+        chances: of each family without the effects.
+        before, after: distances without and with them.
+        expected: chi-squared of each family where nothing is wrong.
+    """
+    least = WORTH_CLOSING * before.total * sum(expected.values())
+    return tuple(
+        name
+        for name, chance in chances.items()
+        if chance < CERTAIN
+        and after.by_family[name] * expected[name] > least
+        and closed(before.by_family[name], after.by_family[name]) < LEAST_OF_A_FAMILY
+    )

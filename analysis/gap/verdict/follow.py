@@ -1,0 +1,243 @@
+"""Add effects to the base camera, as long as something is left and one may be named."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.calibrate.fit import Fit, around
+from analysis.gap.calibrate.refine import refine
+from analysis.gap.measure.case import Candidate, Case
+from analysis.gap.measure.measured import Measured, measured
+from analysis.gap.measure.signature import Signature
+from analysis.gap.ready.hints import Hints, Told, brightest, dwell_s, mains_hz, period_px
+from analysis.gap.ready.room import lit_room
+from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.ready.unbend import unbent
+from analysis.gap.suspects.anew import ANEW_STEPS
+from analysis.gap.suspects.attribute import attribute, shows
+from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, untouched
+from analysis.gap.verdict.conclude import Trail
+from analysis.gap.verdict.verdict import (
+    EQUIVALENT,
+    LEAST_SCORE,
+    SIGNIFICANCE,
+    Choice,
+    both,
+    choose,
+    p_of_best,
+)
+from sensor.effect import Effect
+from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.gamma import Gamma
+
+Watch = Callable[[str], None]
+
+
+LEAST_PATCH_PX = 4.0
+"""A patch that is smaller than this shows in less than one block."""
+
+
+def hints_of_frames(setting: Setting) -> Hints:
+    """Where searches for a period should begin, whatever the model."""
+    stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
+    lattices = setting.scenery.view.lattices
+    found = {"period_px": period_px(stacks, lattices), "mains_hz": mains_hz(stacks)}
+    found["dwell_up_s"] = found["dwell_down_s"] = dwell_s(stacks, lattices)
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def told_by(setting: Setting) -> dict[str, Told]:
+    """Suspects of which the frames tell parameters, and where the camera begins with each."""
+    told = dict(setting.told)
+    if curve := told.get(Gamma.name):
+        told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
+    if room := lit_room(setting):
+        told[AmbientLight.name] = room
+    return told
+
+
+def hints_of(setting: Setting, case: Case) -> Hints:
+    """Where the search for a place should begin: by what a model leaves of the picture."""
+    space = case.fitting.turned.space
+    count, size = len(space.keys), int(np.prod(space.shape))
+    image = case.fit_left[count : count + size].reshape(space.shape)
+    patch = brightest(image, setting.seen.grid)
+    return {
+        "across": patch.across,
+        "below": patch.below,
+        "sigma_px": max(LEAST_PATCH_PX, patch.sigma * setting.scenery.body.height),
+    }
+
+
+MOST_EFFECTS = 3
+
+LEAST_OF_A_LATER = 25.0
+"""Score of an effect that is added to another one: what is left of a gap is easily blamed."""
+
+PART_OF_THE_FIRST = 0.02
+"""The same, as a part of the first one's score: a model that is right to a tenth leaves a hundredth
+of chi-squared to whoever comes next."""
+
+CLOSES_LITTLE = 0.9
+"""Part of the gap that a later effect must not leave."""
+
+LITTLE = 0.05
+"""Part of the gap that is left to chance and to the model's own errors: no one else is blamed."""
+
+
+def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: Watch) -> Trail:
+    """Add the effect that explains most, as long as something is left and one may be named.
+
+    Args:
+        setting: the capture.
+        known: the calibrated base.
+        kinds: the suspects.
+        watch: told what is being done.
+    """
+    models, distances = [known], [measured(known, setting.seen)]
+    choices: list[Choice] = []
+    first: list[Candidate] = []
+    chances: list[float] = []
+    shown: list[Signature] = []
+    told, of_frames = told_by(setting), hints_of_frames(setting)
+
+    def tell(name: str) -> None:
+        watch(f"suspect {name}")
+
+    while True:
+        model, now = models[-1], distances[-1]
+        left = [k for k in kinds if k not in {type(e) for e in model.effects}]
+        hints = hints_of(setting, now.case)
+        # what an effect does hardly depends on what else the camera has, but hints do
+        again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
+        shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
+        shown += shows(now.case, again, {**of_frames, **hints}, told, tell)
+        candidates = attribute(now.case, shown, tell, told=told)
+        first = first or candidates
+        chances.append(both(now.whole.p_value, p_of_best(candidates)))
+        choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
+        if choice is None:
+            break
+        if choices and not _deserves(choice.best, choices[0].best):
+            break
+        step = _confirmed(setting, model, now, candidates, choice, later=bool(choices), watch=watch)
+        if step is None:
+            break
+        if choices:
+            watch(f"confirming {step.choice.best.name} alone")
+            alone = _alone(setting, step)
+            if _no_worse(alone.left, step.left):
+                step = alone
+                del models[1:], distances[1:], choices[:]
+        models.append(step.model)
+        distances.append(step.left)
+        choices.append(step.choice)
+        closed = step.left.held.total < LITTLE * distances[0].held.total
+        everywhere = closed and not untouched(distances[0], step.left)
+        if step.ends or everywhere or len(choices) == MOST_EFFECTS:
+            chances.append(step.left.whole.p_value)
+            break
+    return Trail(
+        models=tuple(models),
+        measured=tuple(distances),
+        choices=tuple(choices),
+        candidates=tuple(first),
+        p_before=chances[0],
+        p_after=chances[-1],
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Step:
+    """An effect that was added: what is said of it, the model with it, and what that leaves;
+    `ends` where nothing more is to be added.
+    """
+
+    choice: Choice
+    model: Fit
+    left: Measured
+    ends: bool
+
+
+def _confirmed(
+    setting: Setting,
+    model: Fit,
+    now: Measured,
+    candidates: Sequence[Candidate],
+    choice: Choice,
+    *,
+    later: bool,
+    watch: Watch,
+) -> _Step | None:
+    """The step that the best suspect makes, or one of its rivals; None where none may be made."""
+    best = choice.best
+    watch(f"confirming {best.name}")
+    added, left = _with_it(setting, model, best)
+    by_width = left.held.total < TOO_WIDE or not accounts(best, now, left)
+    if later and (by_width or left.held.total > CLOSES_LITTLE * now.held.total):
+        return None
+    fits = left.whole.p_value >= SIGNIFICANCE
+    named = choose(candidates, fits) or choice
+    step = _Step(choice=named, model=added, left=left, ends=fits)
+    if later or (fits and not by_width):
+        return step
+    # where the best is wrong beyond doubt, a rival may leave a little
+    enough = NEARLY_CLOSED if by_width or left.whole.p_value < CERTAIN else SIGNIFICANCE
+    for other in _rivals(candidates):
+        watch(f"confirming {other.name} instead")
+        instead, left_by_it = _with_it(setting, model, other)
+        closes = left_by_it.whole.p_value >= enough and left_by_it.held.total > TOO_WIDE
+        if closes and accounts(other, now, left_by_it):
+            return _Step(choice=named.instead(other), model=instead, left=left_by_it, ends=True)
+    return None if by_width else step
+
+
+def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measured]:
+    """The model with a suspect added, and what it leaves of the capture."""
+    added = around(found.base, setting.scenery, (*model.effects, found.effect))
+    return added, measured(added, setting.seen)
+
+
+def _alone(setting: Setting, step: _Step) -> _Step:
+    """The same with the last of its effects alone, calibrated anew."""
+    last = step.model.effects[-1]
+    fit_half, _ = halves(setting.seen)
+    found = refine(
+        step.model.base, fit_half, setting.scenery, (last,), steps=ANEW_STEPS, tuned=last.name
+    )
+    model = around(found.base, setting.scenery, found.effects)
+    left = measured(model, setting.seen)
+    fits = left.whole.p_value >= SIGNIFICANCE
+    return _Step(choice=step.choice, model=model, left=left, ends=fits)
+
+
+def _no_worse(alone: Measured, both_of_them: Measured) -> bool:
+    """Whether a later effect by itself leaves hardly more than it does with those before it."""
+    more = alone.held.total - both_of_them.held.total
+    return more * float(alone.rod.spread.expected.sum()) < LEAST_OF_A_LATER
+
+
+SECOND_LOOK = 0.2
+"""Part of the best score from which another suspect is tried where the best leaves something: one
+effect that closes the gap alone is likelier than two that do it together."""
+
+MOST_RIVALS = 2
+
+NEARLY_CLOSED = 1e-3
+"""What a rival may leave where the best leaves something beyond doubt."""
+
+
+def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Suspects behind the best that are worth a second look."""
+    least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
+    return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
+
+
+def _deserves(later: Candidate, first: Candidate) -> bool:
+    """Whether an effect is to be added to another one."""
+    least = max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
+    return later.score > least and later.absorbed < EQUIVALENT

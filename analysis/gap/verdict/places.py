@@ -1,0 +1,91 @@
+"""Where the gap lies: figures, and panels of the mean image, in the order of their surprise."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.calibrate.space import Space
+from analysis.gap.look.observe import IMAGE, STAGES
+from analysis.gap.look.texture import STAGE as TEXTURE_STAGE
+from analysis.gap.ready.setting import Setting
+from analysis.gap.report import Place
+
+Floats = NDArray[np.float64]
+
+MOST_PLACES = 12
+
+
+def places(left: Floats, space: Space, setting: Setting) -> tuple[Place, ...]:
+    """Where the capture differs most from a model, one entry for each kind of difference."""
+    count = len(space.keys)
+    raw = left[:count] * space.spread
+    made = []
+    for index in np.argsort(-np.abs(left[:count])):
+        key = space.keys[index]
+        made.append(
+            Place(
+                family=key.family,
+                statistic=key.statistic,
+                stage=STAGES.get(key.family, TEXTURE_STAGE),
+                channel=None if key.lattice == "all" else key.lattice[0],
+                shot=key.shot,
+                panel=None,
+                z=float(left[index]),
+                size=float(raw[index]),
+                unit="DN" if key.statistic == "dark level" else "1",
+            )
+        )
+    made += image_places(left, space, setting)
+    made.sort(key=lambda place: -abs(place.z))
+    kinds: dict[tuple[str, str], Place] = {}
+    for place in made:
+        kinds.setdefault((place.family, place.statistic), place)
+    return tuple(kinds.values())[:MOST_PLACES]
+
+
+def image_places(left: Floats, space: Space, setting: Setting) -> list[Place]:
+    """The panels, or quarters of the image, whose mean is most off."""
+    count, size = len(space.keys), int(np.prod(space.shape))
+    images = left[count : count + size].reshape(space.shape)
+    down, across = setting.seen.grid
+    spread = 1.0 / np.maximum(np.abs(space.whitening[..., range(space.shape[0]),
+                                                     range(space.shape[0])]), 1e-9)  # fmt: skip
+    height, width = setting.scenery.body.height, setting.scenery.body.width
+    areas: list[tuple[str | None, slice, slice]] = [
+        (
+            p.name,
+            _span(p.y * down / height, (p.y + p.h) * down / height),
+            _span(p.x * across / width, (p.x + p.w) * across / width),
+        )
+        for p in (setting.scenery.light.panels or setting.capture.panels)
+    ]
+    areas = areas or [(None, slice(0, down), slice(0, across))]
+    made = []
+    for s, shot in enumerate(setting.scenery.shots):
+        for c, channel in enumerate(setting.seen.channels):
+            image = images[s, c].reshape(down, across)
+            errors = spread[c, :, s].reshape(down, across)
+            for name, rows, columns in areas:
+                part = image[rows, columns]
+                if part.size == 0:
+                    continue
+                made.append(
+                    Place(
+                        family=IMAGE,
+                        statistic="mean of a panel",
+                        stage=STAGES[IMAGE],
+                        channel=channel,
+                        shot=shot.label,
+                        panel=name,
+                        z=float(part.sum() / np.sqrt(part.size)),
+                        size=float((part * errors[rows, columns]).mean()),
+                        unit="DN",
+                    )
+                )
+    return made
+
+
+def _span(first: float, last: float) -> slice:
+    """Whole blocks from the one that holds the first point."""
+    return slice(int(first), max(int(first) + 1, int(last)))

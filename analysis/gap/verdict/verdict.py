@@ -1,0 +1,211 @@
+"""What may be said: matched, explained, partly explained, unexplained. Never a guess."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from analysis.gap.measure.case import Candidate
+from analysis.gap.report import Gap
+
+SIGNIFICANCE = 0.05
+"""A gap that chance makes more often is none."""
+
+LEAST_SCORE = 14.0
+"""Fall of chi-squared of a suspect that is named: what the best of forty reaches by chance once in
+a hundred captures."""
+
+MARGIN = 9.0
+"""By how much a suspect must beat one that is not named with it."""
+
+LEAST_SHRINK = 0.8
+CLASS_SIZE = 2
+"""Names that may stand beside the one given."""
+
+MOST_OF_A_CROWD = 0.45
+"""Probability of one of more suspects than may be named together: likelier not than so."""
+
+WEAK = 100.0
+"""Score below which a name is doubted: signatures are not quite right, and what is in no catalogue
+takes the name that looks most like it."""
+
+DOUBTED = 0.55
+"""Factor of the probability of a suspect that barely deserves its name: where this was tuned, about
+half of the names that were given at scores of 15 to 40 were right."""
+
+EQUIVALENT = 0.9
+"""Part of a signature that calibration takes up, from which an effect counts as calibrated."""
+
+TEMPER = 2.0
+"""Scores are divided by this: signatures are simulated, and other people's effects are not ours."""
+
+
+MISFIT_MARGIN = 0.1
+MISFIT_TEMPER = 0.02
+"""Parts of the best score that take their place where something is left with it: a signature that
+is not quite right loses some of its score, and one that is wrong may lose less."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """The suspect that these frames name.
+
+    Attributes:
+        best: the one.
+        alike: others that the frames cannot tell from it, at most two.
+        probability: that it is the one.
+        by_name: the same for every candidate.
+    """
+
+    best: Candidate
+    alike: tuple[Candidate, ...]
+    probability: float
+    by_name: dict[str, float]
+
+    def instead(self, other: Candidate) -> Choice:
+        """The one that closes a gap alone, where the one of the best score does not."""
+        rest = 1.0 - CLOSES_ALONE
+        by_name = {name: rest * chance for name, chance in self.by_name.items()}
+        alike = (self.best, *self.alike) if other in self.alike else ()
+        return Choice(
+            best=other,
+            alike=tuple(c for c in alike if c is not other)[:CLASS_SIZE],
+            probability=CLOSES_ALONE,
+            by_name=by_name | {other.name: CLOSES_ALONE},
+        )
+
+
+CLOSES_ALONE = 0.45
+"""Probability of a suspect that closes a gap of which the one with the best score leaves some: the
+likeliest single cause, but not likelier than not, as its own signature is not the best."""
+
+
+def p_of_best(candidates: Sequence[Candidate]) -> float:
+    """Chance that the best of so many suspects reaches its score where nothing is wrong."""
+    if not candidates or candidates[0].score <= 0:
+        return 1.0
+    one = float(stats.chi2.sf(candidates[0].score, 1))
+    return float(1.0 - (1.0 - one) ** len(candidates))
+
+
+def both(first: float, second: float) -> float:
+    """Chance that the smaller of two chances comes out this small."""
+    return float(1.0 - (1.0 - min(first, second)) ** 2)
+
+
+def choose(candidates: Sequence[Candidate], fits: bool = True) -> Choice | None:
+    """The suspect to name, or None where none reaches what is asked of it.
+
+    Args:
+        candidates: best first.
+        fits: whether the best leaves nothing; where it does, scores are no better than its model.
+    """
+    if not candidates or candidates[0].score < LEAST_SCORE:
+        return None
+    best = candidates[0]
+    margin = MARGIN if fits else max(MARGIN, MISFIT_MARGIN * best.score)
+    rivals = [c for c in candidates[1:] if c.score > best.score - margin]
+    by_name = probabilities(candidates, fits)
+    most = 1.0 if len(rivals) <= CLASS_SIZE else MOST_OF_A_CROWD
+    return Choice(
+        best=best,
+        alike=tuple(rivals[:CLASS_SIZE]),
+        probability=min(most, by_name[best.name] * _trusted(best.score)),
+        by_name=by_name,
+    )
+
+
+def _trusted(score: float) -> float:
+    """Factor of a probability by how much there is to judge by."""
+    part = (score - LEAST_SCORE) / (WEAK - LEAST_SCORE)
+    return DOUBTED + (1.0 - DOUBTED) * float(np.clip(part, 0.0, 1.0))
+
+
+def probabilities(candidates: Sequence[Candidate], fits: bool = True) -> dict[str, float]:
+    """Of each suspect, by tempered likelihood; what is missing to 1 is that it is none of them."""
+    scores = np.array([c.score for c in candidates])
+    if len(scores) == 0:
+        return {}
+    temper = TEMPER if fits else max(TEMPER, MISFIT_TEMPER * float(scores.max()))
+    # "none of them" has the likelihood of a suspect that barely deserves its name
+    weights = np.exp((np.append(scores, LEAST_SCORE - 2 * TEMPER) - scores.max()) / (2 * temper))
+    return dict(zip((c.name for c in candidates), (weights / weights.sum())[:-1], strict=True))
+
+
+def verdict(effects: int, gap: Gap, elsewhere: bool = False) -> str:
+    """The word of the report.
+
+    Args:
+        effects: number of effects that were added.
+        gap: without and with them.
+        elsewhere: whether something that is wrong beyond doubt is as it was.
+    """
+    if effects == 0:
+        return "matched" if gap.p_value_before >= SIGNIFICANCE else "unexplained"
+    if gap.p_value_after >= SIGNIFICANCE:
+        return "explained"
+    # near the floor the total tells nothing, but chances do: half of their digits must be gone
+    enough = (
+        gap.p_value_after**2 > gap.p_value_before if gap.at_floor else gap.shrink >= LEAST_SHRINK
+    )
+    return "partly explained" if enough and not elsewhere else "unexplained"
+
+
+SEPARATED_BY: tuple[tuple[frozenset[str], str], ...] = (
+    (
+        frozenset({"row_noise", "black_level_drift", "flicker_noise", "interference"}),
+        "50 or more full-height darks at the shortest exposure: the spectrum of the rows' offsets",
+    ),
+    (
+        frozenset({"random_telegraph_noise", "hot_pixels", "dark_current"}),
+        "200 or more darks at two exposures a factor of 4 apart: levels and times of single pixels",
+    ),
+    (
+        frozenset({"sharpening", "spatial_denoise", "demosaic_other", "defocus_error", "jpeg"}),
+        "the chart in focus at two levels a factor of 4 apart: edges at two contrasts",
+    ),
+    (
+        frozenset({"crosstalk", "color_matrix", "white_balance", "spectral_response_error",
+                   "lamp_spectrum_error", "chroma_subsampling"}),
+        "raw Bayer frames of the same shots, under both lamps",
+    ),
+    (
+        frozenset({"vignetting_excess", "lamp_displacement", "specular_glare", "veiling_glare",
+                   "lens_distortion", "dust_shadow", "large_scale_prnu"}),
+        "the chart turned by 180 degrees, and again at another aperture",
+    ),
+    (
+        frozenset({"lamp_flicker", "lamp_drift", "dropped_frames", "vibration"}),
+        "a stack of 200 frames, and one at another exposure time",
+    ),
+    (
+        frozenset({"brighter_fatter", "nonlinearity", "gamma", "blooming", "smear"}),
+        "six or more levels up to saturation at one exposure time",
+    ),
+    (
+        frozenset({"image_lag", "temporal_filter", "charge_transfer_inefficiency"}),
+        "a step of light: 20 frames in the dark right after 20 lit ones; a filter acts in the dark"
+        " as well",
+    ),
+    (
+        frozenset({"ambient_light", "dark_current", "black_level_offset", "dark_shot"}),
+        "darks with the lens capped and uncapped, at three exposures",
+    ),
+    (
+        frozenset({"adc_dnl", "bit_truncation", "quantization"}),
+        "a defocused uniform field with a ramp of light: every code is visited",
+    ),
+)  # fmt: skip
+"""Effects that are confused with each other, and the capture in which they differ."""
+
+
+def next_capture(names: Sequence[str]) -> str:
+    """The capture that separates effects which these frames do not tell apart."""
+    best = max(SEPARATED_BY, key=lambda entry: len(entry[0] & set(names)))
+    if len(best[0] & set(names)) >= min(2, len(names)):
+        return best[1]
+    texts = [text for group, text in SEPARATED_BY if group & set(names)]
+    return "; and ".join(dict.fromkeys(texts)) or "twice as many frames of the same shots"
