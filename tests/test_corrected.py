@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from analysis.estimators.corrected import corrected
-from analysis.estimators.corrected_cells import measure_cell
-from analysis.estimators.corrected_patterns import Covariances, fit_patterns
-from analysis.estimators.corrected_shading import degree_of, highest
-from analysis.estimators.corrected_transfer import fit_transfer
+from analysis.estimators.correction.cells import measure_cell
+from analysis.estimators.correction.patterns import Covariances, fit_patterns
+from analysis.estimators.correction.shading import degree_of, highest
+from analysis.estimators.correction.transfer import fit_transfer
 from analysis.parameters import UNITS, Estimate
 from render.closed_form import render
 from scenes.geometry import analysis_panels

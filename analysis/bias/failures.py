@@ -13,7 +13,7 @@ import numpy as np
 
 from analysis.bias.rounding import ROUNDING_DN2, Floats
 from analysis.bias.setting import light
-from analysis.estimators.corrected_cells import measure_cell
+from analysis.estimators.correction.cells import measure_cell
 from analysis.methods import method
 from analysis.parameters import Estimate
 from analysis.study.bench import bench as study_bench

@@ -9,15 +9,15 @@ o and p the fixed patterns, of variance FPN^2 and PRNU^2. What the printed techn
 standard deviation by standard deviation is here a term of a variance, and every term is fitted
 where the model has it:
 
-1. Only native sites of the mosaic are read, which a demosaic leaves alone (`corrected_sites`).
-2. Rounding and clipping are part of the likelihood of the codes (`corrected_codes`); where noise is
-   well above a step, moments tell the same (`corrected_cells`).
+1. Only native sites of the mosaic are read, which a demosaic leaves alone (`correction.sites`).
+2. Rounding and clipping are part of the likelihood of the codes (`correction.codes`); where noise
+   is well above a step, moments tell the same (`correction.cells`).
 3. Shading is a polynomial whose degree is tested; degrees of freedom are counted
-   (`corrected_shading`).
+   (`correction.shading`).
 4. Read noise, dark current and gain are one weighted line through all panels and shots
-   (`corrected_transfer`).
+   (`correction.transfer`).
 5. FPN and PRNU are one fit to the covariances of the shots over sites, in which what averaging
-   leaves of the noise in time is known (`corrected_patterns`).
+   leaves of the noise in time is known (`correction.patterns`).
 
 Standard errors come from the information of these fits. Those of patterns are of as many sites as
 there are, however many shots: they say how far this body may be from the make that it comes from.
@@ -32,17 +32,17 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.estimators.cautions import ONE_EXPOSURE
-from analysis.estimators.corrected_blocks import Block, measure_blocks
-from analysis.estimators.corrected_cautions import (
+from analysis.estimators.correction.blocks import Block, measure_blocks
+from analysis.estimators.correction.cautions import (
     ChannelFits,
     cautions_of,
     dark_reason,
     no_light_reason,
 )
-from analysis.estimators.corrected_patterns import Patterns, fit_patterns
-from analysis.estimators.corrected_points import points_of
-from analysis.estimators.corrected_sites import mosaic_of
-from analysis.estimators.corrected_transfer import Transfer, fit_transfer
+from analysis.estimators.correction.patterns import Patterns, fit_patterns
+from analysis.estimators.correction.points import points_of
+from analysis.estimators.correction.sites import mosaic_of
+from analysis.estimators.correction.transfer import Transfer, fit_transfer
 from analysis.estimators.observations import require_pairs
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture

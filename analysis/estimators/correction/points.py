@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.estimators.corrected_blocks import Block, Seen
-from analysis.estimators.corrected_patterns import Covariances
+from analysis.estimators.correction.blocks import Block, Seen
+from analysis.estimators.correction.patterns import Covariances
 from analysis.parameters import Point
 
 

@@ -3,7 +3,7 @@
 Two ways lead there. Where noise is well above a step and no sample touches an end of the range,
 rounding adds 1/12 DN^2 to the variance and nothing to the mean, to a few parts in 10^5, whatever
 the distribution: unbiased sample moments tell all. Elsewhere the likelihood of the codes does
-(`corrected_codes`).
+(`codes`).
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.corrected_codes import count_codes, fit_codes
-from analysis.estimators.corrected_shading import basis, highest
-from analysis.estimators.corrected_spread import (
+from analysis.estimators.correction.codes import count_codes, fit_codes
+from analysis.estimators.correction.shading import basis, highest
+from analysis.estimators.correction.spread import (
     LEAST_DN,
     SAFE_DN,
     SPREAD_DN,

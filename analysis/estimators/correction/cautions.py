@@ -9,10 +9,10 @@ import numpy as np
 from scipy import stats
 
 from analysis.estimators.cautions import NO_DARKS, NO_LIGHT, no_panels, places
-from analysis.estimators.corrected_blocks import Block, Seen
-from analysis.estimators.corrected_patterns import Patterns
-from analysis.estimators.corrected_sites import CLOSE, Mosaic
-from analysis.estimators.corrected_transfer import Transfer
+from analysis.estimators.correction.blocks import Block, Seen
+from analysis.estimators.correction.patterns import Patterns
+from analysis.estimators.correction.sites import CLOSE, Mosaic
+from analysis.estimators.correction.transfer import Transfer
 from sensor.frames import Capture
 
 DOUBTFUL = 1e-4

@@ -1,0 +1,1 @@
+"""The steps of the corrected estimator, one per file."""
