@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.agreement import agreed
-from analysis.gap.calibrate.darks import NODES, WEIGHTS, Darks, behind_rounding
+from analysis.gap.calibrate.darks import (
+    NODES,
+    WEIGHTS,
+    Darks,
+    behind_rounding,
+    black_by_light,
+)
 from analysis.gap.look.observe import Key, Observation
+from sensor.protocol import Shot
 
 BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0
 READ_DN2, DARK_DN2_PER_S = 0.35, 4.0
@@ -63,6 +73,27 @@ def test_two_codes_tell_a_phase_and_light_tells_the_noise() -> None:
     assert abs(np.sqrt(free[1]) / QUIET_DN - 1) > 0.1
     assert np.sqrt(told[1]) == pytest.approx(QUIET_DN, rel=0.02)
     assert np.sqrt(told[2]) == pytest.approx(QUIET_FPN_DN, rel=0.05)
+
+
+def test_lit_shots_point_to_the_black_level() -> None:
+    """Means are black + slope x exposure x level for each lamp; a block that is saturated in one of
+    the shots says nothing, and a lamp with one level draws no line."""
+    shots = (
+        Shot(label="dark", exposure_s=0.01, frames=8),
+        Shot(label="dim", light=("a",), level=(0.25,), exposure_s=0.02, frames=8),
+        Shot(label="bright", light=("a",), level=(1.0,), exposure_s=0.02, frames=8),
+        Shot(label="other", light=("b",), level=(1.0,), exposure_s=0.02, frames=8),
+    )
+    slope = np.array([3e3, 5e3, 4e4])
+    black = np.array([4.4, 5.1])
+    amount = np.array([0.0, 0.005, 0.02, 0.02])
+    means = np.minimum(black[None, :, None] + slope * amount[:, None, None], 255.0)
+    means[3] = 90.0
+    seen: Any = SimpleNamespace(means=means[None])
+    scenery: Any = SimpleNamespace(shots=shots, view=SimpleNamespace(top_dn=255))
+    assert black_by_light(seen, scenery) == pytest.approx(black, abs=1e-9)
+    one_level: Any = SimpleNamespace(shots=(shots[0], *shots[2:]), view=scenery.view)
+    assert black_by_light(SimpleNamespace(means=means[None, [0, 2, 3]]), one_level) is None
 
 
 KINDS, OF_A_KIND, SIGNAL = 40, 20, 12.0
