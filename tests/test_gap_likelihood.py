@@ -8,7 +8,7 @@ import pytest
 from analysis.gap.calibrate.space import Space
 from analysis.gap.measure.case import Candidate, Case
 from analysis.gap.suspects import likelihood
-from analysis.gap.suspects.likelihood import HALVES, PER_PARAMETER, judged
+from analysis.gap.suspects.likelihood import PER_PARAMETER, judged
 from sensor.catalogue import catalogue
 
 
@@ -31,7 +31,7 @@ def test_the_determinant_is_that_of_all_coordinates_together() -> None:
     roots = rng.normal(size=(5, 3, 3))
     covariance = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(3)
     one_by_one = [np.log(spread**2).sum(), np.linalg.slogdet(covariance)[1].sum()]
-    assert space(spread, covariance).log_determinant == pytest.approx(sum(one_by_one))
+    assert 2 * space(spread, covariance).log_widths.sum() == pytest.approx(sum(one_by_one))
 
 
 def test_a_width_that_is_wrong_is_paid_for() -> None:
@@ -43,7 +43,7 @@ def test_a_width_that_is_wrong_is_paid_for() -> None:
     def per_figure(width: float) -> float:
         one = space(np.full(count, width), np.ones((1, 1, 1)))
         z = one.figures(seen)
-        return (float(z @ z) + one.log_determinant) / count
+        return float(z @ z + 2 * one.log_widths.sum()) / count
 
     for width in (0.5, 2.0, 4.0):
         expected = width**-2 - 1 + np.log(width**2)
@@ -66,7 +66,7 @@ def test_scores_are_as_far_apart_as_likelihoods(monkeypatch: pytest.MonkeyPatch)
     rivals = [suspect("row_noise", 500.0), suspect("black_level_drift", 800.0)]
     row, drift = judged(case, rivals)
     assert row.score == 800.0
-    assert drift.score == 800.0 - HALVES * (96.0 + 3 * PER_PARAMETER - 100.0)
+    assert drift.score == 800.0 - (96.0 + 3 * PER_PARAMETER - 100.0)
     assert judged(case, rivals[:1]) == rivals[:1]
 
 

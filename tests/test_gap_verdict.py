@@ -171,7 +171,7 @@ def against(spread: float, seen: np.ndarray, gap: float, *, of_body: bool) -> An
         left=seen / spread,
         rod=SimpleNamespace(
             turned=SimpleNamespace(
-                space=SimpleNamespace(keys=keys, spread=np.full(len(seen), spread))
+                space=SimpleNamespace(keys=keys, log_widths=np.full(len(seen), np.log(spread)))
             ),
             spread=of_twins,
         ),

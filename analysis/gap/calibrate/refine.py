@@ -87,7 +87,8 @@ class Refined:
         Fixed pattern noise widens the errors of every block. By chi-squared alone too much of it
         would fit best.
         """
-        return self.chi2 + self.space.log_determinant_of_blocks
+        of_blocks = self.space.log_widths[len(self.space.keys) :]
+        return self.chi2 + 2.0 * float(of_blocks.sum())
 
 
 def refined(

@@ -82,14 +82,10 @@ class Space:
         return np.asarray(white.transpose(2, 0, 1).ravel())
 
     @property
-    def log_determinant(self) -> float:
-        """Of the covariance that makes one standard error one."""
-        return float(2.0 * np.log(self.spread).sum()) + self.log_determinant_of_blocks
-
-    @property
-    def log_determinant_of_blocks(self) -> float:
-        """The part of it that is known in closed form, whatever the twins show by chance."""
-        return float(-2.0 * np.log(np.diagonal(self.whitening, axis1=-2, axis2=-1)).sum())
+    def log_widths(self) -> Floats:
+        """Logarithm of the standard error of each coordinate; twice their sum is log det C."""
+        of_blocks = -np.log(np.diagonal(self.whitening, axis1=-2, axis2=-1))
+        return np.concatenate([np.log(self.spread), of_blocks.transpose(2, 0, 1).ravel()])
 
     def vector(self, figures: Floats, means: Floats) -> Floats:
         """A difference as one vector of coordinates."""

@@ -26,19 +26,20 @@ from analysis.gap.measure.twins_spread import believed
 JUDGES = 12
 """Twins that tell the errors of a model."""
 
-PER_PARAMETER = 6.0
-"""What a further parameter costs: about log n of the figures that tell it, as Schwarz found."""
+PER_PARAMETER = 12.0
+"""What a further parameter costs: about log n of the figures that tell it in each half of the
+frames, as Schwarz found."""
 
 CLEAR = 300.0
 """Score of the best from which likelihoods are asked: determinants are read from a few twins, and
 differ by some ten by chance."""
 
-HALVES = 2.0
-"""Scores are of both halves of the frames, a deviance is of the one that scores."""
-
 
 def deviance(case: Case, found: Candidate) -> float:
     """-2 log likelihood of the frames that score, up to what all suspects have in common.
+
+    In the units of a score: noise in time counts for the other half of the frames as well, what
+    stays from frame to frame is the same in both.
 
     Args:
         case: the capture.
@@ -56,8 +57,10 @@ def deviance(case: Case, found: Candidate) -> float:
     variances = figure_variances(bodies, lit_by_label(known.scenery), known.scenery.light.known)
     space = space_of(bodies, variances, found.base, known.scenery, seen.groups, seen=seen)
     left = calibration(space, known.ways).left(space.of(seen))
-    z = believed(left[: len(space.families)], JUDGES)
-    return float(np.square(z).sum() + space.log_determinant)
+    in_body = case.scoring.spread.in_body
+    halves = np.where(in_body, 1.0, 2.0)
+    z = believed(left[: len(in_body)], JUDGES)
+    return float(halves @ (np.square(z) + 2.0 * space.log_widths))
 
 
 def judged(case: Case, rivals: Sequence[Candidate]) -> list[Candidate]:
@@ -72,6 +75,6 @@ def judged(case: Case, rivals: Sequence[Candidate]) -> list[Candidate]:
         return list(rivals)
     found = [deviance(case, c) + PER_PARAMETER * len(free_parameters(c.effect)) for c in rivals]
     return [
-        dataclasses.replace(c, score=most - HALVES * (one - min(found)))
+        dataclasses.replace(c, score=most - (one - min(found)))
         for c, one in zip(rivals, found, strict=True)
     ]

@@ -58,7 +58,7 @@ def _deviance_in_time(one: Measured) -> dict[Key, float]:
     """-2 log likelihood of each figure of noise in time, by the model's own errors."""
     space, spread = one.rod.turned.space, one.rod.spread
     z = believed(one.left[: len(space.keys)], len(spread.residuals))
-    figures = np.square(z) + 2.0 * np.log(space.spread)
+    figures = np.square(z) + 2.0 * space.log_widths[: len(space.keys)]
     return {
         key: float(figure)
         for key, figure, in_body in zip(space.keys, figures, spread.in_body, strict=False)
