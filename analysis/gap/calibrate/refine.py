@@ -134,26 +134,26 @@ def refine(
         moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
         return refined(turn(point.base, ways, amounts), seen, scenery, tuple(moved_on))
 
-    def promised(point: Refined) -> float:
+    def promising(point: Refined) -> bool:
         left = calibration(point.space, ways).left(point.gap)
-        return point.chi2 - float(left @ left)
+        return point.chi2 - float(left @ left) > STUCK * point.chi2
+
+    def downhill(point: Refined) -> Refined | None:
+        parts = (1.0, *SHORTER) if promising(point) else (1.0,)
+        tried = (stepped(point, part) for part in parts)
+        return next((one for one in tried if one.deviance < point.deviance), None)
 
     best = read_at = refined(start, seen, scenery, effects)
     ways = _directions(best.base, scenery, best.effects)
     slow = 0
     for _ in range(steps):
-        next_one = stepped(best)
-        if next_one.deviance >= best.deviance:
-            # uphill: too far, or these directions are not those of this place
-            if promised(best) < STUCK * best.chi2:
+        next_one = downhill(best)
+        if next_one is None:
+            # these directions are not those of this place, if they promise anything
+            if best is read_at or not promising(best):
                 break
-            shorter = (stepped(best, part) for part in SHORTER)
-            next_one = next((one for one in shorter if one.deviance < best.deviance), best)
-            if next_one is best and best is read_at:
-                break
-            if next_one is best:
-                ways, read_at = _directions(best.base, scenery, best.effects), best
-                continue
+            ways, read_at = _directions(best.base, scenery, best.effects), best
+            continue
         count, fall = len(next_one.gap), best.deviance - next_one.deviance
         slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
         best = next_one
