@@ -155,6 +155,18 @@ def test_every_confusion_names_effects_that_exist() -> None:
     assert "dark" in next_capture(["row_noise", "black_level_drift"])
 
 
+def test_patterns_that_are_drawn_anew_are_named_together() -> None:
+    """Dust and slow waves of the response differ by where they lie, which twins do not tell."""
+    found = choose([candidate("dust_shadow", 200.0), candidate("adc_dnl", 60.0),
+                    candidate("large_scale_prnu", 20.0)])  # fmt: skip
+    assert found is not None
+    assert [c.name for c in found.alike] == ["large_scale_prnu"]
+    assert found.probability < 0.5
+    alone = choose([candidate("adc_dnl", 200.0), candidate("large_scale_prnu", 20.0)])
+    assert alone is not None
+    assert alone.alike == ()
+
+
 def against(spread: float, seen: np.ndarray, gap: float, *, of_body: bool) -> Any:
     """A capture whose figures are off by so much, held against a model of some spread."""
     keys = tuple(

@@ -28,6 +28,10 @@ CLASS_SIZE = 2
 MOST_OF_A_CROWD = 0.45
 """Probability of one of more suspects than may be named together: likelier not than so."""
 
+DRAWN = frozenset({"dust_shadow", "large_scale_prnu"})
+"""Patterns that lie elsewhere in every body: twins tell how large they are and not where, and one
+is taken for the other, whatever their scores. They are named together, neither with confidence."""
+
 WEAK = 100.0
 """Score below which a name is doubted: signatures are not quite right, and what is in no catalogue
 takes the name that looks most like it."""
@@ -107,9 +111,11 @@ def choose(candidates: Sequence[Candidate], fits: bool = True) -> Choice | None:
         return None
     best = candidates[0]
     margin = MARGIN if fits else max(MARGIN, MISFIT_MARGIN * best.score)
-    rivals = [c for c in candidates[1:] if c.score > best.score - margin]
+    near = [c for c in candidates[1:] if c.score > best.score - margin]
+    drawn = [c for c in candidates[1:] if {c.name, best.name} <= DRAWN]
+    rivals = [*drawn, *(c for c in near if c not in drawn)]
     by_name = probabilities(candidates, fits)
-    most = 1.0 if len(rivals) <= CLASS_SIZE else MOST_OF_A_CROWD
+    most = MOST_OF_A_CROWD if drawn or len(near) > CLASS_SIZE else 1.0
     return Choice(
         best=best,
         alike=tuple(rivals[:CLASS_SIZE]),
