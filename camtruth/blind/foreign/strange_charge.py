@@ -9,6 +9,9 @@ from camtruth.blind.foreign.outsider import About, Numbers, Outsider
 E_PER_PX = 900.0
 """Charge that a muon leaves in a pixel: 80 e-/um through some 11 um of silicon."""
 
+LEAST_RAYS = 2e3
+"""Of so many in a second and a million pixels, small frames of a short stack have some each."""
+
 TAILS = 3.0
 """Degrees of freedom of the heavy-tailed noise: the fewest with a variance."""
 
@@ -69,7 +72,7 @@ def _own(name: str, act: object, ends: tuple[float, float], stage: str, order: i
 
 
 OUTSIDERS = (
-    _own("cosmic_rays", cosmic_rays, (1.0, 1e5), "photosite", 51),
+    _own("cosmic_rays", cosmic_rays, (LEAST_RAYS, 1e5), "photosite", 51),
     _own("amplifier_glow", amplifier_glow, (10.0, 1e6), "photosite", 52),
     _own("heavy_tailed_read_noise", heavy_tails, (0.1, 300.0), "readout", 22),
     _own("two_tap_gain", two_taps, (1e-4, 0.2), "readout", 55),
