@@ -55,7 +55,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
     if setting.arithmetic == IN_FRACTIONS:
-        other = counted(best.base, fit_half, scenery, effects)
+        other = counted(best, fit_half, scenery)
         if other is not best.base:
             best = refine(other, fit_half, scenery, effects)
     return around(best.base, scenery, effects)

@@ -172,32 +172,25 @@ def _least_fall(chi2: float, count: int) -> float:
     return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))
 
 
-def counted(
-    base: Base, seen: Observation, scenery: Scenery, effects: Sequence[Effect] = ()
-) -> Base:
+def counted(found: Refined, seen: Observation, scenery: Scenery) -> Base:
     """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
 
     Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
     does.
 
     Args:
-        base: calibrated.
+        found: a camera against the frames.
         seen: the frames that fit.
         scenery: their light and shots.
-        effects: what the camera has besides.
     """
-    if scenery.body.pixels != "rgb8":
-        return base
-
-    as_it_is = refined(base, seen, scenery, effects)
-    if as_it_is.misfit < FAR:
-        return base
+    if scenery.body.pixels != "rgb8" or found.misfit < FAR:
+        return found.base
     others = (
-        refined(dataclasses.replace(base, arithmetic=rule), seen, scenery, effects)
+        refined(dataclasses.replace(found.base, arithmetic=rule), seen, scenery, found.effects)
         for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES)
-        if rule != base.arithmetic
+        if rule != found.base.arithmetic
     )
-    return min([as_it_is, *others], key=lambda one: one.chi2).base
+    return min([found, *others], key=lambda one: one.chi2).base
 
 
 def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Directions:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from analysis.gap.calibrate.refine import MOST_STEPS, counted, refine, refined
+from analysis.gap.calibrate.refine import MOST_STEPS, Refined, counted, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.look.observe import Observation
@@ -50,9 +50,12 @@ def anew(
     """
     known = case.known
 
-    # by its own errors: what makes figures scatter leaves much by those of others
-    best = found
-    least = refined(found.base, case.fit_seen, known.scenery, (*known.effects, found.effect)).misfit
+    def against(base: Base, effect: Effect) -> Refined:
+        """By its own errors: what makes figures scatter leaves much by those of others."""
+        return refined(base, case.fit_seen, known.scenery, (*known.effects, effect))
+
+    best, as_found = found, against(found.base, found.effect)
+    least = as_found.misfit
     if least <= ENOUGH:
         return found
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
@@ -78,7 +81,9 @@ def anew(
             return found, least
         return candidate(case, shown, fitted.base, found.absorbed), fitted.misfit
 
-    as_counted = counted(base, case.fit_seen, known.scenery, (*known.effects, effect))
+    as_it_was = base is found.base and effect is found.effect
+    begun = as_found if as_it_was else against(base, effect)
+    as_counted = counted(begun, case.fit_seen, known.scenery)
     ways = [(as_counted, effect)]
     if known.scenery.body.pixels == "rgb8":
         # far from the camera its arithmetic cannot be seen, so both ways are gone
