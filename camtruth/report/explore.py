@@ -42,6 +42,7 @@ def page(camera: Camera, states: Iterable[State], command: str) -> str:
         for stage, same in groupby(effects, key=lambda entry: entry["stage"])
     ]
     first = found[0]
+    count, height, width = first.lit.without.shape[:3]
     without = {"lit": _picture(first.lit.without[0]), "dark": _picture(first.dark.without[0])}
     return template("explore.html.j2").render(
         command=command,
@@ -49,6 +50,9 @@ def page(camera: Camera, states: Iterable[State], command: str) -> str:
         stages=stages,
         effects={e["name"]: e for e in effects},
         without=without,
+        frames=count,
+        height=height,
+        width=width,
         versions=versions(),
     )
 
