@@ -24,7 +24,6 @@ from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit
 from analysis.gap.calibrate.space import space_of
 from analysis.gap.camera.twin import twin
-from analysis.gap.look.observe import Observation
 from analysis.gap.measure.signature import scaled, signature, starts, strengths
 from sensor.effect import Effect
 
@@ -82,24 +81,23 @@ def limits(
     """Detection limits by name of effect, in captures of so many groups of frames."""
     space = space_of(known.bodies, known.variances, known.base, known.scenery, groups)
     turned = calibration(space, known.ways)
-    references = {
+    others = {
         seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
         for seed in LIMIT_SEEDS
     }
+    known = dataclasses.replace(known, references=others)
     found = {}
     for kind in kinds:
         watch(kind.name)
-        found[kind.name] = limit_of(kind, lambda effect: shown(effect, known, turned, references))
+        found[kind.name] = limit_of(kind, lambda effect: shown(effect, known, turned))
     return found
 
 
-def shown(
-    effect: Effect, known: Fit, turned: Calibration, references: dict[int, Observation]
-) -> tuple[float, float]:
+def shown(effect: Effect, known: Fit, turned: Calibration) -> tuple[float, float]:
     """Chi-squared of an effect's signature after calibration, and before; below 0 by chance."""
     whole, left = [], []
     for seed in LIMIT_SEEDS:
-        one = signature(effect, known, seeds=(seed,), references=references)
+        one = signature(effect, known, seeds=(seed,))
         if one is None:
             return 0.0, 0.0
         vector = turned.space.vector(one.figures, one.means)

@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import SEEDS, Fit
+from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.space import space_of
-from analysis.gap.camera.twin import twin
 from analysis.gap.measure.signature import Signature, scaled, signature, signed
 from analysis.identifiability.limits import STANDARD_ERRORS, default_of
 from sensor.effect import Effect
@@ -157,15 +156,11 @@ def predict(
     watch: Callable[[str], None] = lambda name: None,
 ) -> Prediction:
     """Simulate every effect at a part of its default strength in every shot of a fit."""
-    references = {
-        seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
-        for seed in SEEDS
-    }
     made = []
     for kind in kinds:
         watch(kind.name)
         effect = scaled(default_of(kind), strength)
-        shown = signature(effect, known, references=references)
+        shown = signature(effect, known)
         if shown is not None:
             made.append(shown)
     return Prediction(known=known, signatures=tuple(made))

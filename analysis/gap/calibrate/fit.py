@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,14 +26,18 @@ FIRST_SEED = 7_000_001
 SEEDS = (FIRST_SEED, FIRST_SEED + 1)
 """Of the twins that show what a change does."""
 
+FINAL_SEEDS = (*SEEDS, FIRST_SEED + 2)
+"""Of those of finalists: their noise is then below that of frames."""
+
 
 def seeds_of(count: int) -> range:
     """Random numbers of so many bodies."""
     return range(FIRST_SEED, FIRST_SEED + count)
 
 
-def together(seen: Sequence[Observation]) -> Observation:
+def together(several: Iterable[Observation]) -> Observation:
     """Several observations of one plan as groups of one, with the keys that all have."""
+    seen = list(several)
     shared = set(seen[0].keys).intersection(*(set(o.keys) for o in seen[1:]))
     keys = tuple(key for key in seen[0].keys if key in shared)
     return dataclasses.replace(
@@ -57,9 +61,16 @@ def with_keys(seen: Observation, keys: tuple[Key, ...]) -> Observation:
     return dataclasses.replace(seen, keys=keys, figures=figures)
 
 
-def twins(scenery: Scenery, base: Base, count: int, effects: Sequence[Effect] = ()) -> Observation:
-    """As many bodies of a camera, a group of frames each."""
-    return together([twin(scenery, base, effects=effects, seed=s) for s in seeds_of(count)])
+def twins(
+    scenery: Scenery, base: Base, count: int, effects: Sequence[Effect] = ()
+) -> dict[int, Observation]:
+    """As many bodies of a camera by their seed, a group of frames each."""
+    return {s: twin(scenery, base, effects=effects, seed=s) for s in seeds_of(count)}
+
+
+def some(twins: Mapping[int, Observation], seeds: Sequence[int]) -> dict[int, Observation]:
+    """Those of some seeds."""
+    return {seed: twins[seed] for seed in seeds}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,6 +85,7 @@ class Fit:
         variances: of each figure of one group.
         ways: what calibration can take up.
         picture: calibration of one group's mean image, by which texture is read.
+        references: its twins of `FINAL_SEEDS`, textured like a capture.
     """
 
     base: Base
@@ -83,6 +95,7 @@ class Fit:
     variances: Floats
     ways: Directions
     picture: Calibration
+    references: Mapping[int, Observation]
 
     def calibration_for(self, seen: Observation) -> Calibration:
         """The space in which a capture is compared, less what calibration takes up.
@@ -156,9 +169,10 @@ TWINS = 16
 def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     """Everything around a model: twins, spreads, directions."""
     lit = lit_by_label(scenery)
-    plain = twins(scenery, base, TWINS, effects)
+    alone = twins(scenery, base, TWINS, effects)
+    plain = together(alone.values())
     variances = figure_variances(plain, lit, scenery.light.known)
-    other = moved_twins(base, scenery, SEEDS, effects)
+    other = moved_twins(base, scenery, some(alone, SEEDS), effects)
     plain_ways = directions(base, scenery, other)
     picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
@@ -172,4 +186,8 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         variances=variances,
         ways=ways,
         picture=picture,
+        references={
+            seed: with_keys(with_texture(one, picture, scenery), bodies.keys)
+            for seed, one in some(alone, FINAL_SEEDS).items()
+        },
     )

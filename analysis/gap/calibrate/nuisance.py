@@ -8,7 +8,7 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,19 +125,22 @@ class Moved:
 
 
 def moved_twins(
-    base: Base, scenery: Scenery, seeds: Sequence[int], effects: Sequence[Effect] = ()
+    base: Base,
+    scenery: Scenery,
+    references: Mapping[int, Observation],
+    effects: Sequence[Effect] = (),
 ) -> Moved:
     """Twins from which directions are read.
 
     Args:
         base: the calibrated camera.
         scenery: light and shots.
-        seeds: random numbers, once each.
+        references: twins of the camera by the seed of their random numbers.
         effects: what the camera has besides.
     """
 
     def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
-        return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in seeds)
+        return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in references)
 
     knobs = knobs_of(base, scenery)
     by_knob = {}
@@ -161,7 +164,10 @@ def moved_twins(
             whole = Handle(effect=effect.name, parameter=p.name)
             by_parameter[whole] = twins(base, [*effects[:k], other, *effects[k + 1 :]])
     return Moved(
-        references=twins(base, effects), knobs=by_knob, parameters=by_parameter, steps=steps
+        references=tuple(references.values()),
+        knobs=by_knob,
+        parameters=by_parameter,
+        steps=steps,
     )
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import SEEDS, lit_by_label, twins, with_keys
+from analysis.gap.calibrate.fit import SEEDS, lit_by_label, some, together, twins, with_keys
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
 from analysis.gap.calibrate.space import Space, figure_variances, space_of
 from analysis.gap.camera.base import Base
@@ -61,12 +61,14 @@ class Refined:
 
     Attributes:
         base, effects: the camera.
+        bodies: a few of its twins by seed.
         space: where the difference has units of standard errors.
         gap: the difference.
     """
 
     base: Base
     effects: tuple[Effect, ...]
+    bodies: Mapping[int, Observation]
     space: Space
     gap: Floats
 
@@ -102,11 +104,12 @@ def refined(
         scenery: their light and shots.
         effects: what the camera has besides.
     """
-    bodies = twins(scenery, base, STEP_TWINS, effects)
+    alone = twins(scenery, base, STEP_TWINS, effects)
+    bodies = together(alone.values())
     both = with_keys(seen, bodies.keys)
     variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
     space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
-    return Refined(base=base, effects=tuple(effects), space=space, gap=space.of(both))
+    return Refined(base=base, effects=tuple(effects), bodies=alone, space=space, gap=space.of(both))
 
 
 def refine(
@@ -144,7 +147,7 @@ def refine(
         return next((one for one in tried if one.deviance < point.deviance), None)
 
     best = read_at = refined(start, seen, scenery, effects)
-    ways = _directions(best.base, scenery, best.effects)
+    ways = _directions(best, scenery)
     slow = 0
     for _ in range(steps):
         next_one = downhill(best)
@@ -152,7 +155,7 @@ def refine(
             # these directions are not those of this place, if they promise anything
             if best is read_at or not promising(best):
                 break
-            ways, read_at = _directions(best.base, scenery, best.effects), best
+            ways, read_at = _directions(best, scenery), best
             continue
         count, fall = len(next_one.gap), best.deviance - next_one.deviance
         slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
@@ -160,7 +163,7 @@ def refine(
         if slow > (PATIENCE if best.chi2 > FAR * count else 0):
             break
         if FITS * count < best.chi2 < A_LONG_WAY * read_at.chi2:
-            ways, read_at = _directions(best.base, scenery, best.effects), best
+            ways, read_at = _directions(best, scenery), best
     return best
 
 
@@ -193,8 +196,11 @@ def counted(found: Refined, seen: Observation, scenery: Scenery) -> Base:
     return min([found, *others], key=lambda one: one.chi2).base
 
 
-def _directions(base: Base, scenery: Scenery, effects: Sequence[Effect]) -> Directions:
-    return directions(base, scenery, moved_twins(base, scenery, SEEDS, effects))
+def _directions(point: Refined, scenery: Scenery) -> Directions:
+    references = some(point.bodies, SEEDS)
+    return directions(
+        point.base, scenery, moved_twins(point.base, scenery, references, point.effects)
+    )
 
 
 def turn(base: Base, ways: Directions, amounts: Floats) -> Base:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.fit import SEEDS, Fit
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import twin
-from analysis.gap.look.observe import Key, Observation
+from analysis.gap.look.observe import Key
 from foundation.errors import InputError
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
@@ -94,16 +94,14 @@ def signature(
     *,
     seeds: Sequence[int] = SEEDS,
     base: Base | None = None,
-    references: Mapping[int, Observation] | None = None,
 ) -> Signature | None:
     """How an effect shows; None where these frames cannot have it.
 
     Args:
         effect: with its parameters.
         known: the model, with the effects it has already.
-        seeds: random numbers, once each.
+        seeds: random numbers, once each, of those of `Fit.references`.
         base: figures of the camera, where they are not those of the fit.
-        references: twins without the effect by seed, where they are at hand.
     """
     try:
         after = [
@@ -114,12 +112,7 @@ def signature(
         ]
     except InputError:
         return None
-    before = [
-        references[seed]
-        if references is not None
-        else known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
-        for seed in seeds
-    ]
+    before = [known.references[seed] for seed in seeds]
     figures, means = agreed(before, after)
     return Signature(effect=effect, keys=before[0].keys, figures=figures, means=means)
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 
 import numpy as np
 
+from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, counted, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
-from analysis.gap.look.observe import Observation
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature, starts, strengths
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.pursue import FINAL_SEEDS, LONG
+from analysis.gap.suspects.pursue import LONG
 from sensor.effect import Effect
 
 ANEW_STEPS = 5
@@ -33,7 +32,6 @@ def anew(
     case: Case,
     found: Candidate,
     first: Effect,
-    many: Mapping[int, Observation],
     told: Told | None = None,
 ) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.
@@ -45,7 +43,6 @@ def anew(
         case: the capture.
         found: the suspect as it was fitted so far.
         first: as the search for it began; taken up again where the pursuit led nowhere.
-        many: twins of the model by seed.
         told: what the frames tell of it.
     """
     known = case.known
@@ -74,9 +71,7 @@ def anew(
             steps=ANEW_STEPS if tuned else MOST_STEPS,
             tuned=found.name if tuned else "",
         )
-        shown = signature(
-            fitted.effects[-1], known, base=fitted.base, seeds=FINAL_SEEDS, references=many
-        )
+        shown = signature(fitted.effects[-1], known, base=fitted.base, seeds=FINAL_SEEDS)
         if shown is None:
             return found, least
         return candidate(case, shown, fitted.base, found.absorbed), fitted.misfit

@@ -8,9 +8,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from analysis.gap.calibrate.fit import SEEDS
-from analysis.gap.camera.twin import twin
-from analysis.gap.look.observe import Observation
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import (
     Evidence,
@@ -24,7 +21,7 @@ from analysis.gap.measure.signature import (
 from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.anew import MISFIT, anew
 from analysis.gap.suspects.likelihood import judged
-from analysis.gap.suspects.pursue import FINAL_SEEDS, pursue
+from analysis.gap.suspects.pursue import pursue
 from sensor.effect import Effect
 
 ROUNDS = 2
@@ -64,14 +61,13 @@ def shows(
         told: parameters that the frames tell, by name of the effect.
         watch: told whose turn it is.
     """
-    references = _references(case, SEEDS)
     found = []
     for kind in kinds:
         watch(kind.name)
         hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
         hinted |= told[kind.name].hints if kind.name in told else {}
         for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
-            shown = _shown(case, effect, references)
+            shown = signature(effect, case.known)
             if shown is not None:
                 found.append(shown)
     return found
@@ -92,7 +88,6 @@ def attribute(
         told: suspects of which the frames tell parameters: they are followed in any case.
         watch: told whose turn it is.
     """
-    references = _references(case, SEEDS)
     keys = case.fitting.turned.space.keys
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
     adapted = []
@@ -100,25 +95,22 @@ def attribute(
     for found in first[:ADAPTED]:
         if found.score > WORTH_A_LOOK and found not in evident:
             watch(found.name)
-            adapted.append(_adapt(case, found, references))
+            adapted.append(_adapt(case, found))
     adapted.sort(key=lambda e: -e.score)
     likely = [e for e in adapted if e.score > NEAR * adapted[0].score]
     finalists = [*evident, *likely][:FINALISTS]
-    many = references
-    if finalists:
-        many = references | _references(case, [s for s in FINAL_SEEDS if s not in references])
     candidates: list[Candidate] = []
     for found in finalists:
         watch(found.name)
         if found in evident:
             as_it_is, start = _as_it_is(case, found), told[found.name]
-            candidates.append(anew(case, as_it_is, found.effect, many, start))
+            candidates.append(anew(case, as_it_is, found.effect, start))
             continue
-        pursued = pursue(case, found, many)
+        pursued = pursue(case, found)
         # the strongest effect is the first, and calibration has known it since
         rival = found.score > RIVAL * likely[0].score and not case.known.effects
         if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
-            pursued = anew(case, pursued, found.effect, many)
+            pursued = anew(case, pursued, found.effect)
         candidates.append(pursued)
     candidates = _by_likelihood(case, candidates)
     done = {c.name for c in candidates}
@@ -134,15 +126,6 @@ def _by_likelihood(case: Case, followed: list[Candidate]) -> list[Candidate]:
     return [*judged(case, rivals), *(c for c in followed if c not in rivals)]
 
 
-def _references(case: Case, seeds: Iterable[int]) -> dict[int, Observation]:
-    """Twins of the model, by seed."""
-    known = case.known
-    return {
-        seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
-        for seed in seeds
-    }
-
-
 def _best_of_each(evidence: Iterable[Evidence]) -> list[Evidence]:
     """The best of each suspect, best first."""
     best: dict[str, Evidence] = {}
@@ -152,18 +135,13 @@ def _best_of_each(evidence: Iterable[Evidence]) -> list[Evidence]:
     return sorted(best.values(), key=lambda e: -e.score)
 
 
-def _shown(case: Case, effect: Effect, references: Mapping[int, Observation]) -> Signature | None:
-    """How an effect shows here; None where these frames cannot have it."""
-    return signature(effect, case.known, references=references)
-
-
 def _held(case: Case, shown: Signature) -> Evidence:
     return hold(shown, case.fitting.turned, case.fit_left)
 
 
-def _adapt(case: Case, found: Evidence, references: Mapping[int, Observation]) -> Evidence:
+def _adapt(case: Case, found: Evidence) -> Evidence:
     """Simulate at the strength it seems to have, until it has it."""
-    here = _shown(case, found.effect, references) if case.known.effects else None
+    here = signature(found.effect, case.known) if case.known.effects else None
     best = found = found if here is None else _held(case, here)
     factor, response = 1.0, 1.5
     tried: list[tuple[float, float]] = [(1.0, found.amount)]
@@ -175,7 +153,7 @@ def _adapt(case: Case, found: Evidence, references: Mapping[int, Observation]) -
             factor = -factor * min(abs(amount), 4.0)
         else:
             factor *= float(np.clip(amount ** (1.0 / response), 0.1, 8.0))
-        moved = _shown(case, scaled(found.effect, factor), references)
+        moved = signature(scaled(found.effect, factor), case.known)
         if moved is None or moved.effect == best.effect:
             break
         shown = _held(case, moved)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from analysis.gap.calibrate.fit import SEEDS
+from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import turn
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters, step_from
-from analysis.gap.look.observe import Observation
 from analysis.gap.measure.case import Candidate, Case, candidate, vector
 from analysis.gap.measure.signature import (
     Evidence,
@@ -25,9 +24,6 @@ from analysis.gap.measure.signature import (
 )
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
-
-FINAL_SEEDS = tuple(range(SEEDS[0], SEEDS[0] + 3))
-"""Random numbers with which finalists are simulated: their noise is then below that of frames."""
 
 STRENGTH_ROUNDS = 2
 CLOSE = 0.03
@@ -50,18 +46,12 @@ class _Try:
     chi2: float
 
 
-def pursue(case: Case, found: Evidence, many: Mapping[int, Observation]) -> Candidate:
+def pursue(case: Case, found: Evidence) -> Candidate:
     """The strength, then the shape, then the strength again, the base along with them."""
     turned, space = case.fitting.turned, case.fitting.turned.space
 
     def attempt(effect: Effect, base: Base) -> _Try:
-        shown = signature(
-            effect,
-            case.known,
-            base=base,
-            seeds=FINAL_SEEDS,
-            references=many,
-        )
+        shown = signature(effect, case.known, base=base, seeds=FINAL_SEEDS)
         assert shown is not None, "the suspect has been simulated before"
         left = turned.left(case.fit_gap - vector(space, shown))
         return _Try(effect=effect, base=base, shown=shown, chi2=float(left @ left))
