@@ -5,8 +5,10 @@ Also the grid of 8 x 8 blocks that a codec leaves, on the whole image.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,16 +24,19 @@ def interpolation(dn: NDArray[Any], lattices: tuple[Lattice, ...], lit: bool) ->
         lattices: where the measured samples are.
         lit: whether a lamp was on.
     """
-    frame = dn[0].astype(np.float32)
-    green = frame[..., 1] if frame.ndim == 3 else frame
+    colour = dn.ndim == 4
+    first, second = (
+        [plane.astype(np.float32) for plane in (cv2.split(frame) if colour else [frame])]
+        for frame in dn[:2]
+    )
+    green = first[1 if colour else 0]
     found = {"grid of 8, across": _grid(green), "grid of 8, down": _grid(green.T)}
-    if frame.ndim != 3:
+    if not colour:
         return found
-    planes = [np.ascontiguousarray(dn[:2, ..., k], dtype=np.float32) for k in range(3)]
-    noise = [plane[0] - plane[1] for plane in planes]
+    noise = [one - other for one, other in zip(first, second, strict=True)]
     if len(lattices) == 4:
-        found |= _against_bilinear(frame, noise, lattices)
-    width = frame.shape[1]
+        found |= _against_bilinear(first, noise, lattices)
+    width = green.shape[1]
     for name, k in (("R", 0), ("B", 2)):
         side = noise[k] - noise[1]
         v = lagged(side, 0)
@@ -47,14 +52,16 @@ def interpolation(dn: NDArray[Any], lattices: tuple[Lattice, ...], lit: bool) ->
 
 
 def _against_bilinear(
-    frame: NDArray[np.float32], noise: list[NDArray[np.float32]], lattices: tuple[Lattice, ...]
+    planes: Sequence[NDArray[np.float32]],
+    noise: Sequence[NDArray[np.float32]],
+    lattices: tuple[Lattice, ...],
 ) -> dict[str, float]:
     """How far red and blue, where green was measured, are from the mean of their neighbours."""
     found = {}
     for lattice in lattices:
         if lattice.channel == "G":
             continue
-        plane = frame[..., "RGB".index(lattice.channel)]
+        plane = planes["RGB".index(lattice.channel)]
         own = plane[lattice.dy :: 2, lattice.dx :: 2]
         between = plane[lattice.dy :: 2, 1 - lattice.dx :: 2]
         left, right = (own[:, :-1], own[:, 1:])

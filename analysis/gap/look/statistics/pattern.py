@@ -24,11 +24,11 @@ def pattern(group: Group) -> dict[str, float]:
 
 def pattern_lines(group: Group) -> dict[str, float]:
     """Rows and columns in the pattern, over the variance of a pixel in time."""
+    if group.lit:
+        return {}
     a, b = group.halves
     found = {}
     for kind, axis in (("column", 0), ("row", 1)):
-        if group.lit:
-            continue
         product = float((a.mean(axis=axis) * b.mean(axis=axis)).mean())
         found[f"pattern {kind}s"] = safe_ratio(product, group.variance)
     return found

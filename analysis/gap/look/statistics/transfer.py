@@ -21,11 +21,12 @@ def transfer(group: Group) -> dict[str, float]:
     found = {"variance": float(np.log(by_pixel.mean() + ROUNDING_DN2))}
     if group.lit:
         edges = np.quantile(group.mean[::4, ::4], np.linspace(0, 1, BINS + 1)[1:-1])
-        which = np.searchsorted(edges, group.mean, side="right")
+        which = sum((group.mean >= edge for edge in edges), np.zeros(by_pixel.shape, np.intp))
+        count = np.bincount(which.ravel(), minlength=BINS)
+        total = np.bincount(which.ravel(), by_pixel.ravel(), minlength=BINS)
+        typical = np.where(count > 0, total / np.maximum(count, 1), by_pixel.mean())
         for k in range(BINS):
-            part = by_pixel[which == k]
-            typical = part.mean() if part.size else by_pixel.mean()
-            found[f"variance, part {k + 1}"] = float(np.log(typical + ROUNDING_DN2))
+            found[f"variance, part {k + 1}"] = float(np.log(typical[k] + ROUNDING_DN2))
     return found
 
 
