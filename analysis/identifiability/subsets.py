@@ -141,6 +141,7 @@ def only(known: Fit, labels: Sequence[str]) -> Fit:
             noise=bodies.noise[shots],
         ),
         variances=known.variances[figures],
+        shares=known.shares[figures],
         ways=dataclasses.replace(
             known.ways,
             figures=known.ways.figures[:, figures],

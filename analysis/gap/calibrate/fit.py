@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibrate.body_share import body_share
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
-from analysis.gap.calibrate.space import figure_variances, space_of
+from analysis.gap.calibrate.space import Space, figure_variances, space_of
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, twin
 from analysis.gap.look.observe import EVERY_SHOT, Key, Observation
@@ -83,6 +84,7 @@ class Fit:
         scenery: light and shots.
         bodies: its twins, with texture.
         variances: of each figure of one group.
+        shares: parts of these that are a body's.
         ways: what calibration can take up.
         picture: calibration of one group's mean image, by which texture is read.
         references: its twins of `FINAL_SEEDS`, textured like a capture.
@@ -93,6 +95,7 @@ class Fit:
     scenery: Scenery
     bodies: Observation
     variances: Floats
+    shares: Floats
     ways: Directions
     picture: Calibration
     references: Mapping[int, Observation]
@@ -104,7 +107,13 @@ class Fit:
             seen: the capture, textured.
         """
         space = space_of(
-            self.bodies, self.variances, self.base, self.scenery, seen.groups, seen=seen
+            self.bodies,
+            self.variances,
+            self.base,
+            self.scenery,
+            seen.groups,
+            seen=seen,
+            shares=self.shares,
         )
         return calibration(space, self.ways)
 
@@ -158,12 +167,58 @@ def fair(count: int) -> float:
     return float(np.sqrt((count + 1) / (count - 1)))
 
 
+ALONE = 2.0
+"""What one twin of many adds at most to a standard error, as a factor."""
+
+
+def by_the_others(bodies: Observation, variances: Floats, scenery: Scenery) -> Floats:
+    """Standard errors by all twins over those by all but one, for each of them, (twins, figures).
+
+    A twin that takes part in a variance is never far outside of it; a capture takes no part. Where
+    one twin alone moved, the others know of no errors at all: they are believed up to `ALONE`.
+
+    Args:
+        bodies: twins of one camera.
+        variances: what they say of their figures; see `figure_variances`.
+        scenery: light and shots.
+    """
+    lit = lit_by_label(scenery)
+    others = (np.delete(bodies.figures, k, axis=0) for k in range(bodies.groups))
+    without = [
+        figure_variances(dataclasses.replace(bodies, figures=rest), lit, scenery.light.known)
+        for rest in others
+    ]
+    return np.minimum(np.sqrt(variances / np.array(without)), ALONE)
+
+
+def chi2_of_twins(space: Space, bodies: Observation) -> float:
+    """Chi-squared that one of so many twins has from the others, in the mean.
+
+    More than one per coordinate where coordinates have something in common: a column that is
+    brighter shows in every block that it crosses. Never less: it is by chance that a few twins have
+    less of the errors that they make themselves.
+
+    Args:
+        space: of one group of frames.
+        bodies: the twins.
+    """
+    count = bodies.groups
+    each = np.array([fair(count) * space.of(bodies, slice(k, k + 1)) for k in range(count)])
+    return max(float(np.square(each).sum() / count), float(each.shape[1]))
+
+
 def lit_by_label(scenery: Scenery) -> dict[str, bool]:
     """Whether each shot is lit; what is counted over all shots is not."""
     return {EVERY_SHOT: False} | {shot.label: not shot.dark for shot in scenery.shots}
 
 
 TWINS = 16
+
+TWICE = 8
+"""Of them that are looked at twice."""
+
+OTHER_FRAMES = 1000
+"""From the seed of a body to that of other frames of it."""
 
 
 def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
@@ -176,6 +231,13 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     plain_ways = directions(base, scenery, other)
     picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
+    again = together(
+        twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
+        for seed in seeds_of(TWICE)
+    )
+    once = dataclasses.replace(plain, figures=plain.figures[:TWICE])
+    shares = body_share(once, with_keys(again, plain.keys), lit)
+    of_texture = np.ones(len(bodies.keys) - len(plain.keys))
     ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))
     variances = figure_variances(bodies, lit, scenery.light.known)
     return Fit(
@@ -184,6 +246,7 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         scenery=scenery,
         bodies=bodies,
         variances=variances,
+        shares=np.concatenate([shares, of_texture]),
         ways=ways,
         picture=picture,
         references={

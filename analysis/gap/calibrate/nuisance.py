@@ -206,16 +206,31 @@ def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
         figures.append(of_figures / step * own)
         means.append(of_means / step * only[:, None])
         prior.append(5.0 * abs(step))
-    for change, width in light_ways(base, scenery, reference):
-        means.append(change)
-        figures.append(np.zeros(len(reference.keys)))
-        prior.append(width)
+    light = of_the_light(base, scenery, reference)
     return Directions(
         knobs=knobs,
         tuned=tuple(moved.steps),
-        figures=np.array(figures),
-        means=np.array(means),
-        prior=np.array(prior),
+        figures=np.concatenate([figures, light.figures]),
+        means=np.concatenate([means, light.means]),
+        prior=np.concatenate([prior, light.prior]),
+    )
+
+
+def of_the_light(base: Base, scenery: Scenery, reference: Observation) -> Directions:
+    """Directions of the light alone.
+
+    Args:
+        base: the calibrated camera.
+        scenery: light and shots.
+        reference: a twin of the camera.
+    """
+    ways = list(light_ways(base, scenery, reference))
+    return Directions(
+        knobs=(),
+        tuned=(),
+        figures=np.zeros((len(ways), len(reference.keys))),
+        means=np.array([change for change, _ in ways]).reshape(-1, *reference.means.shape[1:]),
+        prior=np.array([width for _, width in ways]),
     )
 
 

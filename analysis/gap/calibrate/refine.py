@@ -10,8 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import SEEDS, lit_by_label, some, together, twins, with_keys
-from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
+from analysis.gap.calibrate.fit import (
+    SEEDS,
+    chi2_of_twins,
+    lit_by_label,
+    some,
+    together,
+    twins,
+    with_keys,
+)
+from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins, of_the_light
 from analysis.gap.calibrate.space import Space, figure_variances, space_of
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
@@ -64,6 +72,8 @@ class Refined:
         bodies: a few of its twins by seed.
         space: where the difference has units of standard errors.
         gap: the difference.
+        left: what a change of the light cannot take up of it.
+        expected: chi-squared that one of its twins has from the others.
     """
 
     base: Base
@@ -71,16 +81,18 @@ class Refined:
     bodies: Mapping[int, Observation]
     space: Space
     gap: Floats
+    left: Floats
+    expected: float
 
     @property
     def chi2(self) -> float:
         """Chi-squared of the difference."""
-        return float(self.gap @ self.gap)
+        return float(self.left @ self.left)
 
     @property
     def misfit(self) -> float:
-        """Chi-squared per coordinate: about 1 where it fits."""
-        return self.chi2 / len(self.gap)
+        """Chi-squared over what its own twins have of each other: about 1 where it fits."""
+        return self.chi2 / self.expected
 
     @property
     def deviance(self) -> float:
@@ -109,7 +121,18 @@ def refined(
     both = with_keys(seen, bodies.keys)
     variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
     space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
-    return Refined(base=base, effects=tuple(effects), bodies=alone, space=space, gap=space.of(both))
+    light = calibration(space, of_the_light(base, scenery, bodies))
+    gap = space.of(both)
+    of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
+    return Refined(
+        base=base,
+        effects=tuple(effects),
+        bodies=alone,
+        space=space,
+        gap=gap,
+        left=light.left(gap),
+        expected=chi2_of_twins(of_one, bodies),
+    )
 
 
 def refine(
@@ -153,23 +176,23 @@ def refine(
         next_one = downhill(best)
         if next_one is None:
             # these directions are not those of this place, if they promise anything
-            if best is read_at or not promising(best):
+            if best is read_at or slow or not promising(best):
                 break
             ways, read_at = _directions(best, scenery), best
             continue
-        count, fall = len(next_one.gap), best.deviance - next_one.deviance
-        slow = slow + 1 if fall < _least_fall(best.chi2, count) else 0
+        slow = slow + 1 if best.deviance - next_one.deviance < _least_fall(best) else 0
         best = next_one
-        if slow > (PATIENCE if best.chi2 > FAR * count else 0):
+        if slow > (PATIENCE if best.misfit > FAR else 0):
             break
-        if FITS * count < best.chi2 < A_LONG_WAY * read_at.chi2:
+        if best.misfit > FITS and best.chi2 < A_LONG_WAY * read_at.chi2:
             ways, read_at = _directions(best, scenery), best
     return best
 
 
-def _least_fall(chi2: float, count: int) -> float:
+def _least_fall(point: Refined) -> float:
     """What a further step must take off chi-squared."""
-    excess = chi2 - FITS * count
+    chi2 = point.chi2
+    excess = chi2 - FITS * point.expected
     if excess < 0:
         return CLOSE * chi2
     return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))

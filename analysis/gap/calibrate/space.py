@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibrate.body_share import usual_share
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.observe import IMAGE, OF_A_BODY, Key, Observation
+from analysis.gap.look.observe import IMAGE, Key, Observation
 
 Floats = NDArray[np.float64]
 
@@ -146,11 +147,6 @@ def figure_variances(twins: Observation, lit: dict[str, bool], known: bool = Tru
     return np.asarray(variances)
 
 
-BODY_SHARE = 0.1
-"""Part of the variance of figures of noise in time that belongs to the body after all: on 36 nulls
-their chi-squared was 1.03 to 1.22 times what independent groups of frames would give."""
-
-
 def space_of(
     twins: Observation,
     variances: Floats,
@@ -159,6 +155,7 @@ def space_of(
     groups: int,
     floors: bool = True,
     seen: Observation | None = None,
+    shares: Floats | None = None,
 ) -> Space:
     """The space for a capture.
 
@@ -170,10 +167,11 @@ def space_of(
         groups: groups of the real capture that are averaged.
         floors: whether nobody knows the light quite; a simulated capture's own is known.
         seen: the capture; what differs much is not asked to be explained to its error.
+        shares: parts of the variances that are a body's; the usual ones by default.
     """
     count = twins.groups
-    of_body = np.array([key.family in OF_A_BODY for key in twins.keys])
-    share = np.where(of_body, 1.0, BODY_SHARE + (1.0 - BODY_SHARE) / groups) + 1.0 / count
+    of_body = usual_share(twins.keys) if shares is None else shares
+    share = of_body + (1.0 - of_body) / groups + 1.0 / count
     expected = twins.means.mean(axis=0)
     figures = twins.figures.mean(axis=0)
     model = 0.0

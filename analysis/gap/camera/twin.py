@@ -48,27 +48,30 @@ def twin(
     *,
     effects: Sequence[Effect] = (),
     seed: int = 0,
+    body: int | None = None,
 ) -> Observation:
     """One simulated capture, a group of frames of each shot, looked at.
 
     The same seed gives the same random numbers, so that two twins differ by what is different in
-    their cameras. Each seed is a camera body of its own.
+    their cameras. Each seed is a camera body of its own, unless a body is named.
 
     Args:
         scenery: light, shots, and how to look.
         base: the calibrated camera.
         effects: what it has besides.
         seed: of everything random.
+        body: seed of what is fixed in the camera and of its light.
     """
-    camera = camera_of(base, scenery.body).plus(*effects).with_body(seed)
+    body = seed if body is None else body
+    camera = camera_of(base, scenery.body).plus(*effects).with_body(body)
     lit = electrons(base, scenery.light.rates)
     seen = observe(_stacks(camera, scenery, lit, seed), scenery.view)
-    return _under_noisy_light(seen, scenery, base, seed) if scenery.light.noise else seen
+    return _under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
 
 
-def _under_noisy_light(seen: Observation, scenery: Scenery, base: Base, seed: int) -> Observation:
+def _under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: int) -> Observation:
     """The twin as if its light had been traced with other paths than ours."""
-    draw = np.random.default_rng(seed)
+    draw = np.random.default_rng(body)
     errors = {
         lamp: np.sqrt(variance) * draw.standard_normal(variance.shape)
         for lamp, variance in light_noise(scenery.light, scenery.view, seen.channels).items()

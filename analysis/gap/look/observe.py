@@ -206,7 +206,8 @@ def _looked_at(dn: NDArray[Any], lit: bool, view: View) -> list[Future[_Seen]]:
 
 
 def _lattice(dn: NDArray[Any], lit: bool, view: View, lattice: Lattice) -> _Seen:
-    group = Group(codes=lattice.of(dn), top_dn=view.top_dn, lit=lit)
+    codes = np.ascontiguousarray(lattice.of(dn))
+    group = Group(codes=codes, top_dn=view.top_dn, lit=lit)
     image = blocks(group.mean, view.side)
     return _Seen(
         figures={

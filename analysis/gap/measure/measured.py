@@ -57,7 +57,7 @@ def measured(known: Fit, seen: Observation) -> Measured:
     """
     textured = known.textured(seen)
     fit_half, score_half = halves(textured)
-    spread = spread_of(known)
+    spread = spread_of(known, textured.groups)
     rod = yardstick(known, spread, textured)
     gap = rod.turned.space.of(textured)
     left = rod.turned.left(gap)

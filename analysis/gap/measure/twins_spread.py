@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.gap.calibrate.fit import Fit, fair
+from analysis.gap.calibrate.fit import Fit, by_the_others, fair
 from analysis.gap.calibrate.space import PRIOR_FREEDOM
 from analysis.gap.look.observe import IMAGE, OF_A_BODY, Key
 
@@ -53,14 +53,20 @@ class Spread:
         return np.asarray(self.amounts.std(axis=0, ddof=1) * np.sqrt(scale))
 
 
-def spread_of(known: Fit) -> Spread:
-    """Measure the twins of a model against each other."""
+def spread_of(known: Fit, groups: int) -> Spread:
+    """Measure the twins of a model against each other.
+
+    Args:
+        known: the model.
+        groups: of the capture that they are for.
+    """
     one, bodies, ways = known.calibration_of_twins(), known.bodies, known.ways
     families = one.space.families
     names = tuple(dict.fromkeys(families))
     count = bodies.groups
     differences = [fair(count) * one.space.of(bodies, slice(k, k + 1)) for k in range(count)]
     residuals = np.array([one.left(difference) for difference in differences])
+    residuals[:, : len(bodies.keys)] *= by_the_others(bodies, known.variances, known.scenery)
     trusted = [believed(r[: len(families)], count) for r in residuals]
     squares = np.array([[np.sum(np.square(z[families == n])) for n in names] for z in trusted])
     expected = squares.mean(axis=0)
@@ -70,7 +76,8 @@ def spread_of(known: Fit) -> Spread:
         count - 1 + BORROWED
     )
     # twins are one group of frames; of a capture's many, what is left is one body in every shot
-    alike = np.array([_times_shown(one.space.keys, name) for name in names])
+    in_common = known.shares / (known.shares + (1.0 - known.shares) / groups)
+    alike = np.array([_times_shown(one.space.keys, in_common, name) for name in names])
     variance = np.maximum(variance, 2.0 * expected * alike)
     in_body = np.isin(families, [IMAGE, *OF_A_BODY])
     columns = np.array(
@@ -89,10 +96,17 @@ def spread_of(known: Fit) -> Spread:
     )
 
 
-def _times_shown(keys: Sequence[Key], family: str) -> float:
-    """Shots in which a figure of a body is seen, in the mean; 0 of others, which differ in each."""
-    own = [key for key in keys if key.family == family and family in OF_A_BODY]
-    return len(own) / len({(key.lattice, key.statistic) for key in own}) if own else 0.0
+def _times_shown(keys: Sequence[Key], in_common: Floats, family: str) -> float:
+    """How many shots say the same of a body, in the mean: 1 where each says something else.
+
+    The variance of the sum of n squares with a correlation of r between any two is that of
+    independent ones times 1 + (n - 1) r^2.
+    """
+    own = [place for place, key in enumerate(keys) if key.family == family]
+    if not own:
+        return 0.0
+    shots = len(own) / len({(keys[place].lattice, keys[place].statistic) for place in own})
+    return float(1.0 + (shots - 1.0) * np.square(in_common[own]).mean())
 
 
 def believed(z: Floats, count: int) -> Floats:

@@ -40,11 +40,15 @@ def _lines(lines: np.ndarray, group: Group, kind: str) -> dict[str, float]:
 
 
 def frames(group: Group) -> dict[str, float]:
-    """Whole frames that go up and down together, and how the next one follows."""
-    level = group.values.mean(axis=(1, 2))
+    """Whole frames that go up and down together, and how the next one follows.
+
+    In units of what one pixel does, so that independent noise of any number of pixels gives figures
+    of one size.
+    """
     pixels = group.mean.size
+    level = group.values.mean(axis=(1, 2)) * np.sqrt(pixels)
     steps = np.diff(level)
-    spread = float(np.square(steps).mean()) / 2 - group.variance / pixels
+    spread = float(np.square(steps).mean()) / 2 - group.variance
     mean = float(group.mean.mean()) + 1.0
     found = {
         "frame spread": spread / mean,

@@ -1,0 +1,58 @@
+"""Which part of a figure's scatter is the camera body's, and no number of frames averages away.
+
+    share = cov(first look, second look) / variance
+
+A figure of noise in time differs from one group of frames to the next. Where noise is less than a
+step of the converter it differs between bodies as well: what rounding does to a sample depends on
+the fixed offset that it has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.look.observe import OF_A_BODY, Key, Observation
+
+Floats = NDArray[np.float64]
+
+USUAL = 0.1
+"""Share of noise in time where nobody has looked twice: on 36 nulls its chi-squared was 1.03 to
+1.22 times what independent groups of frames would give."""
+
+BORROWED = 8.0
+"""Figures of as many bodies that speak for the usual share."""
+
+
+def usual_share(keys: tuple[Key, ...]) -> Floats:
+    """The share of each figure, where it was not measured: all of what is a body's by its name."""
+    return np.where([key.family in OF_A_BODY for key in keys], 1.0, USUAL)
+
+
+def body_share(first: Observation, again: Observation, lit: dict[str, bool]) -> Floats:
+    """The share of each figure, from several bodies that were looked at twice.
+
+    Figures of one kind have it together: one statistic in all lattices of the lit shots, or of the
+    dark ones.
+
+    Args:
+        first: a group of frames of each body.
+        again: another one of each, with the same keys.
+        lit: whether a shot is lit.
+    """
+    one, two = (seen.figures - seen.figures.mean(axis=0) for seen in (first, again))
+    count = first.groups
+    variance = (np.square(one) + np.square(two)).sum(axis=0) / (2 * (count - 1))
+    common = (one * two).sum(axis=0) / (count - 1)
+    kinds: dict[tuple[str, str, bool], list[int]] = {}
+    for place, key in enumerate(first.keys):
+        kinds.setdefault((key.family, key.statistic, lit[key.shot]), []).append(place)
+    share = usual_share(first.keys)
+    for (family, _, _), places in kinds.items():
+        moved = [k for k in places if variance[k] > 0]
+        if family in OF_A_BODY or not moved:
+            continue
+        found = float(np.mean(common[moved] / variance[moved]))
+        weight = len(moved) * count
+        share[places] = np.clip((weight * found + BORROWED * USUAL) / (weight + BORROWED), 0, 1)
+    return share
