@@ -28,26 +28,36 @@ def light_on(camera: Camera, shot: Shot, rates: Mapping[str, NDArray[np.float32]
     Raises:
         CameraError: when a lamp has no rate image, or one of another size.
     """
-    total = np.zeros((camera.height, camera.width, 3), dtype=np.float32)
-    for lamp, level in zip(shot.light, shot.level, strict=True):
-        if shot.dark:
-            break
-        if lamp not in rates:
-            raise CameraError(
-                f"shot '{shot.label}' is lit by '{lamp}', which has no rate image",
-                f"expected one of {', '.join(sorted(rates)) or 'none at all'}",
-                f"render it, or pass --rate {lamp}=FILE",
-            )
-        if rates[lamp].shape != total.shape:
-            h, w = rates[lamp].shape[:2]
-            raise CameraError(
-                f"the rate image of '{lamp}' has {w} x {h} pixels",
-                f"expected {camera.width} x {camera.height} as camera '{camera.name}' has",
-                "render it at that size",
-            )
-        total += np.float32(level) * rates[lamp]
-    sensitivity = np.array(list(camera.sensitivity), dtype=np.float32)
-    return total * sensitivity
+    if shot.dark:
+        return np.zeros((camera.height, camera.width, 3), dtype=np.float32)
+    total, *more = (
+        np.float32(level) * _rate_of(lamp, camera, shot, rates)
+        for lamp, level in zip(shot.light, shot.level, strict=True)
+    )
+    for light in more:
+        total += light
+    if any(sensitivity != 1.0 for sensitivity in camera.sensitivity):
+        total *= np.array(list(camera.sensitivity), dtype=np.float32)
+    return np.asarray(total)
+
+
+def _rate_of(
+    lamp: str, camera: Camera, shot: Shot, rates: Mapping[str, NDArray[np.float32]]
+) -> NDArray[np.float32]:
+    if lamp not in rates:
+        raise CameraError(
+            f"shot '{shot.label}' is lit by '{lamp}', which has no rate image",
+            f"expected one of {', '.join(sorted(rates)) or 'none at all'}",
+            f"render it, or pass --rate {lamp}=FILE",
+        )
+    if rates[lamp].shape != (camera.height, camera.width, 3):
+        h, w = rates[lamp].shape[:2]
+        raise CameraError(
+            f"the rate image of '{lamp}' has {w} x {h} pixels",
+            f"expected {camera.width} x {camera.height} as camera '{camera.name}' has",
+            "render it at that size",
+        )
+    return rates[lamp]
 
 
 def simulate(

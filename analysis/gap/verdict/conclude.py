@@ -32,10 +32,18 @@ DOUBT = 0.45
 """Factor of a probability that is to stay below one half: of suspects none of which may be named,
 and of effects that were added to another one without closing the gap."""
 
-MOST_CERTAIN = 0.99
+MOST_CERTAIN = 0.95
+MOST_IN_PART = 0.85
+"""Probabilities that no name passes, where nothing is left with it and where something is. On four
+sets of withheld effects 35 of 39 names were right that were given with 0.99 in the one case, and 16
+of 23 in the other: what is in no catalogue may look like what is."""
 
 LEAST_TRUST = 0.4
 """Factor of the probability of an effect that closes no more of the gap than it must."""
+
+
+TELLS_LITTLE = 0.1
+"""G below which the part of it that is closed says nothing of who closed it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,11 +105,15 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
     weights = found.choices[0].by_name if found.choices else probabilities(found.candidates)
     total = float(before.rod.spread.expected.sum())
-    alone = closed(gap.before, found.measured[min(1, len(found.choices))].held.total, gap.floor)
+    count = len(found.choices)
+    alone = closed(gap.before, found.measured[min(1, len(found.choices))].held.total)
+    most = MOST_CERTAIN if word == "explained" else MOST_IN_PART
     return GapReport(
         verdict=word,
         effects=tuple(
-            _named(choice, _trust(word, gap, alone, k, len(found.choices)), found.models[-1], after)
+            _named(
+                choice, min(most, choice.probability * _trust(word, gap, alone, k, count)), found
+            )
             for k, choice in enumerate(found.choices)
         ),
         candidates=tuple(
@@ -139,20 +151,21 @@ def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
     Args:
         word: the verdict.
         gap: without and with the effects.
-        alone: part of the gap that the first one closes.
+        alone: part of the gap that the first one closes, whatever its floor: halves of the frames
+            that differ from each other are a sign of something, too.
         place: of the effect among them.
         count: how many they are.
     """
     if place > 0:
         return DOUBT
-    if count == 1 and (word == "explained" or gap.at_floor):
+    if count == 1 and (word == "explained" or gap.before < TELLS_LITTLE):
         return 1.0
     beyond = float(np.clip((alone - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
     return LEAST_TRUST + (1 - LEAST_TRUST) * beyond
 
 
-def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
-    best = choice.best
+def _named(choice: Choice, probability: float, found: Trail) -> Named:
+    best, model, after = choice.best, found.models[-1], found.measured[-1]
     effect = next(e for e in model.effects if e.name == best.name)
 
     def figure(p: Parameter) -> Figure:
@@ -171,7 +184,7 @@ def _named(choice: Choice, trust: float, model: Fit, after: Measured) -> Named:
 
     return Named(
         name=best.name,
-        probability=min(MOST_CERTAIN, choice.probability * trust),
+        probability=probability,
         indistinguishable_from=tuple(c.name for c in choice.alike),
         absorbed=best.absorbed,
         parameters={p.name: figure(p) for p in effect.parameters()},

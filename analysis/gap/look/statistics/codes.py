@@ -24,8 +24,8 @@ def codes(group: Group) -> dict[str, float]:
         found[f"codes by place in {period}"] = float(
             np.sqrt(np.square(by_place - 1 / period).sum())
         )
-    # what lies beyond the first and the last code is no gap between codes
-    inner = np.trim_zeros(histogram[1 : group.top_dn])
+    # what lies beyond the last code is no gap between codes
+    inner = np.trim_zeros(histogram[1 : group.top_dn], "b")
     found["bumps of the histogram"] = 0.0
     around = np.convolve(inner, [0.5, 0.0, 0.5], mode="same") if len(inner) > 2 else inner
     used = around > 50
