@@ -13,6 +13,7 @@ from analysis.gap.camera.light_blocks import blocks_of, light_noise
 from analysis.gap.look.arithmetic import arithmetic_of
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observe import View
+from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.group import Group, crossed
 from analysis.gap.look.statistics.structure import columns, neighbours, rows, time
 from analysis.gap.look.statistics.surface import surface
@@ -188,3 +189,14 @@ def test_the_noise_of_light_paths_is_that_of_the_blocks() -> None:
     assert ratio.min() > stats.chi2.ppf(chance, 300) / 300
     assert ratio.max() < stats.chi2.isf(chance, 300) / 300
     assert abs(ratio.mean() - 1) < 4.5 * np.sqrt(2 / 300 / ratio.size)
+
+
+def test_a_stray_code_at_the_end_of_a_dark_changes_nothing() -> None:
+    """Darks of few codes: one sample of ten thousand that is a code further says nothing of the
+    converter's codes, and the figure stays as it was to a hundredth."""
+    rng = np.random.default_rng(3)
+    dark = np.round(2.1 + 0.3 * rng.standard_normal((4, 50, 50))).astype(np.uint8)
+    stray = dark.copy()
+    stray[0, 0, 0] = dark.max() + 1
+    plain, other = (codes(Group(codes=dn, top_dn=255, lit=False)) for dn in (dark, stray))
+    assert other == pytest.approx(plain, abs=0.01)

@@ -119,6 +119,18 @@ def attribute(
     return sorted(unique.values(), key=lambda c: -c.score)
 
 
+def at_first_sight(case: Case, shown: Iterable[Signature]) -> Candidate | None:
+    """The best suspect as it is, by how all of them show elsewhere: nothing is simulated.
+
+    Args:
+        case: the capture.
+        shown: how the suspects show at a model near this one.
+    """
+    keys = case.fitting.turned.space.keys
+    seen = [_as_it_is(case, one) for one in _best_of_each(_held(case, s.on(keys)) for s in shown)]
+    return max(seen, key=lambda one: one.score, default=None)
+
+
 def _by_likelihood(case: Case, followed: list[Candidate]) -> list[Candidate]:
     """The same, those that are rivals by their score told apart by their likelihood."""
     least = NEAR * max((c.score for c in followed), default=0.0)

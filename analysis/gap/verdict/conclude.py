@@ -38,6 +38,11 @@ MOST_IN_PART = 0.85
 sets of withheld effects 35 of 39 names were right that were given with 0.99 in the one case, and 16
 of 23 in the other: what is in no catalogue may look like what is."""
 
+LATER = 0.75
+"""Factor of the probability of an effect that was added to another one, where nothing is left with
+both: on the sets where this was tuned 4 of 4 such effects were right, and none of 6 where something
+was left."""
+
 LEAST_TRUST = 0.4
 """Factor of the probability of an effect that closes no more of the gap than it must."""
 
@@ -157,8 +162,8 @@ def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
         count: how many they are.
     """
     if place > 0:
-        return DOUBT
-    if count == 1 and (word == "explained" or gap.before < TELLS_LITTLE):
+        return LATER if word == "explained" else DOUBT
+    if (count == 1 and word == "explained") or gap.before < TELLS_LITTLE:
         return 1.0
     beyond = float(np.clip((alone - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
     return LEAST_TRUST + (1 - LEAST_TRUST) * beyond

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from analysis.gap.look.statistics.group import Group
 
+LEAST_CODES = 8
+"""From code 0, that are always looked at: darks of few codes have all of them in common then."""
+
 
 def codes(group: Group) -> dict[str, float]:
     """Unevenness of the histogram against its own smooth course, by the place of a code's bits."""
@@ -25,9 +28,10 @@ def codes(group: Group) -> dict[str, float]:
             np.sqrt(np.square(by_place - 1 / period).sum())
         )
     # what lies beyond the last code is no gap between codes
-    inner = np.trim_zeros(histogram[1 : group.top_dn], "b")
+    end = max(LEAST_CODES, int(np.flatnonzero(histogram)[-1]) + 1)
+    inner = histogram[1 : min(group.top_dn, end)]
     found["bumps of the histogram"] = 0.0
-    around = np.convolve(inner, [0.5, 0.0, 0.5], mode="same") if len(inner) > 2 else inner
+    around = np.convolve(inner, [0.5, 0.0, 0.5], mode="same")
     used = around > 50
     if used.sum() >= 4:
         bumps = np.log((inner[used] + 1.0) / (around[used] + 1.0))
@@ -39,4 +43,4 @@ def _histogram(codes: NDArray[Any]) -> NDArray[np.float64]:
     if codes.dtype == np.uint8:
         counts = cv2.calcHist([codes.reshape(1, -1)], [0], None, [256], [0, 256])
         return np.asarray(counts.ravel(), dtype=np.float64)
-    return np.bincount(codes.ravel(), minlength=8).astype(np.float64)
+    return np.bincount(codes.ravel(), minlength=LEAST_CODES).astype(np.float64)
