@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, counted, refine, refined
-from analysis.gap.camera.base import Base
+from analysis.gap.camera.base import Base, Floats
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature, starts, strengths
@@ -76,22 +77,50 @@ def anew(
             return found, least
         return candidate(case, shown, fitted.base, found.absorbed), fitted.misfit
 
-    as_it_was = base is found.base and effect is found.effect
-    begun = as_found if as_it_was else against(base, effect)
-    as_counted = counted(begun, case.fit_seen, known.scenery)
-    ways = [(as_counted, effect)]
-    if known.scenery.body.pixels == "rgb8":
-        # far from the camera its arithmetic cannot be seen, so both ways are gone
-        rules = {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}
-        ways += [(dataclasses.replace(base, arithmetic=rule), effect) for rule in rules]
-    ways += [(as_counted, other) for other in _choices(effect)]
-    for way in ways:
+    def ways() -> Iterator[tuple[Base, Effect]]:
+        """Where to begin, the likeliest first."""
+        if "G" in base.channels:
+            even = against(_alike(base), effect)
+            yield counted(even, case.fit_seen, known.scenery), effect
+        as_it_was = base is found.base and effect is found.effect
+        begun = as_found if as_it_was else against(base, effect)
+        as_counted = counted(begun, case.fit_seen, known.scenery)
+        yield as_counted, effect
+        if known.scenery.body.pixels == "rgb8":
+            # far from the camera its arithmetic cannot be seen, so both ways are gone
+            for rule in {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}:
+                yield dataclasses.replace(base, arithmetic=rule), effect
+        for other in _choices(effect):
+            yield as_counted, other
+
+    for way in ways():
         other, left = calibrated(*way)
         if left < least:
             best, least = other, left
         if least <= ENOUGH:
             break
     return best
+
+
+def _alike(base: Base) -> Base:
+    """The base with the figures of green in all channels, as bright as it is: what mixes colours
+    hides those of red and blue, the black level by tenths of a DN, and no small step leads back.
+    """
+    green = base.channels.index("G")
+    factor = base.gain_dn_per_e[green] / base.gain_dn_per_e
+
+    def everywhere(values: Floats) -> Floats:
+        return np.full_like(values, values[green])
+
+    return dataclasses.replace(
+        base,
+        gain_dn_per_e=everywhere(base.gain_dn_per_e),
+        black_dn=everywhere(base.black_dn),
+        read_dn2=everywhere(base.read_dn2),
+        fpn_dn2=everywhere(base.fpn_dn2),
+        prnu2=everywhere(base.prnu2),
+        level={lamp: level / factor for lamp, level in base.level.items()},
+    )
 
 
 def _choices(effect: Effect) -> list[Effect]:
