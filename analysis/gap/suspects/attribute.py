@@ -112,7 +112,8 @@ def attribute(
         if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
             pursued = anew(case, pursued, found.effect)
         candidates.append(pursued)
-    candidates = _by_likelihood(case, candidates)
+    # calibrated with its own suspect, a camera's errors may be others: scores say little of that
+    candidates = judged(case, candidates)
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
     unique = {c.name: c for c in reversed(candidates)}
@@ -129,13 +130,6 @@ def at_first_sight(case: Case, shown: Iterable[Signature]) -> Candidate | None:
     keys = case.fitting.turned.space.keys
     seen = [_as_it_is(case, one) for one in _best_of_each(_held(case, s.on(keys)) for s in shown)]
     return max(seen, key=lambda one: one.score, default=None)
-
-
-def _by_likelihood(case: Case, followed: list[Candidate]) -> list[Candidate]:
-    """The same, those that are rivals by their score told apart by their likelihood."""
-    least = NEAR * max((c.score for c in followed), default=0.0)
-    rivals = [c for c in followed if c.score > max(least, 0.0)]
-    return [*judged(case, rivals), *(c for c in followed if c not in rivals)]
 
 
 def _best_of_each(evidence: Iterable[Evidence]) -> list[Evidence]:
