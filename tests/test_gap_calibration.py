@@ -17,7 +17,9 @@ from analysis.gap.calibrate.darks import (
     behind_rounding,
     black_by_light,
 )
+from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
+from analysis.gap.suspects.anew import channels_alike
 from sensor.protocol import Shot
 
 BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0
@@ -133,3 +135,21 @@ def test_a_direction_is_as_long_as_what_moves() -> None:
     plain = np.mean([o.figures[0] for o in after], axis=0)
     assert truth @ truth / (plain @ plain) < 0.85
     assert truth @ drawn / (drawn @ drawn) == pytest.approx(1.0, abs=0.05)
+
+
+def test_channels_that_are_alike_are_as_bright_as_before() -> None:
+    """Green's figures in all channels, and each lamp's level so that gain times level, which a
+    picture shows, stays as it was to single precision."""
+    base = Base(
+        channels=("R", "G", "B"), gain_dn_per_e=np.array([0.022, 0.02, 0.027]),
+        read_dn2=np.array([0.4, 0.2, 0.3]), fpn_dn2=np.array([0.02, 0.03, 0.04]),
+        prnu2=np.array([1e-4, 2e-4, 3e-4]), black_dn=np.array([6.4, 6.8, 6.5]), dark_e_per_s=300.0,
+        shown_e_per_s=0.0, arithmetic=0, white_balance=None, blur_px2=0.0,
+        level={"lamp": np.array([0.9, 1.0, 1.1])},
+    )  # fmt: skip
+    even = channels_alike(base)
+    for figure, green in (("gain_dn_per_e", 0.02), ("read_dn2", 0.2), ("fpn_dn2", 0.03),
+                          ("prnu2", 2e-4), ("black_dn", 6.8)):  # fmt: skip
+        assert np.all(getattr(even, figure) == green), figure
+    bright, before = (one.gain_dn_per_e * one.level["lamp"] for one in (even, base))
+    assert bright == pytest.approx(before, rel=1e-6)

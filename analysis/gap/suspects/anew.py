@@ -80,7 +80,7 @@ def anew(
     def ways() -> Iterator[tuple[Base, Effect]]:
         """Where to begin, the likeliest first."""
         if "G" in base.channels:
-            even = against(_alike(base), effect)
+            even = against(channels_alike(base), effect)
             yield counted(even, case.fit_seen, known.scenery), effect
         as_it_was = base is found.base and effect is found.effect
         begun = as_found if as_it_was else against(base, effect)
@@ -102,7 +102,7 @@ def anew(
     return best
 
 
-def _alike(base: Base) -> Base:
+def channels_alike(base: Base) -> Base:
     """The base with the figures of green in all channels, as bright as it is: what mixes colours
     hides those of red and blue, the black level by tenths of a DN, and no small step leads back.
     """
