@@ -42,7 +42,7 @@ def test_the_share_is_the_covariance_of_two_looks() -> None:
         body + np.sqrt(1 - true) * rng.standard_normal((BODIES, true.size)) for _ in range(2)
     )
     keys = keys_of(*KINDS)
-    found = body_share(observed(keys, first), observed(keys, again), {"dark": False})
+    found = body_share(observed(keys, first), observed(keys, again))
     n = BODIES * LATTICES
     for place, share in enumerate((0.7, 0.0)):
         expected = (n * share + BORROWED * USUAL) / (n + BORROWED)
@@ -68,6 +68,6 @@ def test_rounding_makes_noise_in_time_the_bodys(noise_dn: float, least: float, m
     for k in np.ndindex(BODIES, LATTICES):
         columns = np.broadcast_to(0.2 * rng.standard_normal(32), (32, 32))
         first[k], again[k] = (variance_of(noise_dn, columns, rng) for _ in range(2))
-    found = body_share(observed(keys, first), observed(keys, again), {"dark": False})
+    found = body_share(observed(keys, first), observed(keys, again))
     assert least <= found[0] <= most
     assert usual_share(keys)[0] == USUAL

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.observe import Key, Observation
+from analysis.gap.look.kinds import kinds
+from analysis.gap.look.observe import Observation
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
         return figures[0], means[0]
     mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(pairs)
     drawn = np.zeros_like(mean)
-    for places in _alike(before[0].keys, before[0].lit):
+    for places in kinds(before[0].keys, before[0].lit):
         own, noise = mean[places], square[places]
         noise = (noise + BORROWED * noise.mean()) / (1 + BORROWED)
         ratio = np.square(own) / np.maximum(noise, 1e-300)
@@ -43,17 +43,6 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
 
 BORROWED = 3.0
 """Weight of the others of its kind in the noise of a figure's change, against its own."""
-
-
-@functools.lru_cache(maxsize=8)
-def _alike(keys: tuple[Key, ...], lit: frozenset[str]) -> list[NDArray[np.intp]]:
-    """Places of the figures of each kind: one statistic in all lattices of the lit shots, or of the
-    dark ones, where it may have another unit.
-    """
-    kinds: dict[tuple[str, str, bool], list[int]] = {}
-    for place, key in enumerate(keys):
-        kinds.setdefault((key.family, key.statistic, key.shot in lit), []).append(place)
-    return [np.array(places) for places in kinds.values()]
 
 
 def _coherent(images: Floats) -> Floats:

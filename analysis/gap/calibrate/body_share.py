@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.look.kinds import kinds
 from analysis.gap.look.observe import OF_A_BODY, Key, Observation
 
 Floats = NDArray[np.float64]
@@ -29,28 +30,23 @@ def usual_share(keys: tuple[Key, ...]) -> Floats:
     return np.where([key.family in OF_A_BODY for key in keys], 1.0, USUAL)
 
 
-def body_share(first: Observation, again: Observation, lit: dict[str, bool]) -> Floats:
+def body_share(first: Observation, again: Observation) -> Floats:
     """The share of each figure, from several bodies that were looked at twice.
 
-    Figures of one kind have it together: one statistic in all lattices of the lit shots, or of the
-    dark ones.
+    Figures of one kind have it together.
 
     Args:
         first: a group of frames of each body.
         again: another one of each, with the same keys.
-        lit: whether a shot is lit.
     """
     one, two = (seen.figures - seen.figures.mean(axis=0) for seen in (first, again))
     count = first.groups
     variance = (np.square(one) + np.square(two)).sum(axis=0) / (2 * (count - 1))
     common = (one * two).sum(axis=0) / (count - 1)
-    kinds: dict[tuple[str, str, bool], list[int]] = {}
-    for place, key in enumerate(first.keys):
-        kinds.setdefault((key.family, key.statistic, lit[key.shot]), []).append(place)
     share = usual_share(first.keys)
-    for (family, _, _), places in kinds.items():
-        moved = [k for k in places if variance[k] > 0]
-        if family in OF_A_BODY or not moved:
+    for places in kinds(first.keys, first.lit):
+        moved = places[variance[places] > 0]
+        if first.keys[places[0]].family in OF_A_BODY or not moved.size:
             continue
         found = float(np.mean(common[moved] / variance[moved]))
         weight = len(moved) * count

@@ -15,7 +15,7 @@ from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
 from analysis.gap.calibrate.space import Space, figure_variances, space_of
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, twin
-from analysis.gap.look.observe import EVERY_SHOT, Key, Observation
+from analysis.gap.look.observe import Key, Observation
 from analysis.gap.look.texture import FAMILY, texture
 from sensor.effect import Effect
 
@@ -182,10 +182,9 @@ def by_the_others(bodies: Observation, variances: Floats, scenery: Scenery) -> F
         variances: what they say of their figures; see `figure_variances`.
         scenery: light and shots.
     """
-    lit = lit_by_label(scenery)
     others = (np.delete(bodies.figures, k, axis=0) for k in range(bodies.groups))
     without = [
-        figure_variances(dataclasses.replace(bodies, figures=rest), lit, scenery.light.known)
+        figure_variances(dataclasses.replace(bodies, figures=rest), scenery.light.known)
         for rest in others
     ]
     return np.minimum(np.sqrt(variances / np.array(without)), ALONE)
@@ -207,11 +206,6 @@ def chi2_of_twins(space: Space, bodies: Observation) -> float:
     return max(float(np.square(each).sum() / count), float(each.shape[1]))
 
 
-def lit_by_label(scenery: Scenery) -> dict[str, bool]:
-    """Whether each shot is lit; what is counted over all shots is not."""
-    return {EVERY_SHOT: False} | {shot.label: not shot.dark for shot in scenery.shots}
-
-
 TWINS = 16
 
 TWICE = 8
@@ -223,10 +217,9 @@ OTHER_FRAMES = 1000
 
 def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     """Everything around a model: twins, spreads, directions."""
-    lit = lit_by_label(scenery)
     alone = twins(scenery, base, TWINS, effects)
     plain = together(alone.values())
-    variances = figure_variances(plain, lit, scenery.light.known)
+    variances = figure_variances(plain, scenery.light.known)
     other = moved_twins(base, scenery, some(alone, SEEDS), effects)
     plain_ways = directions(base, scenery, other)
     picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
@@ -236,10 +229,10 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         for seed in seeds_of(TWICE)
     )
     once = dataclasses.replace(plain, figures=plain.figures[:TWICE])
-    shares = body_share(once, with_keys(again, plain.keys), lit)
+    shares = body_share(once, with_keys(again, plain.keys))
     of_texture = np.ones(len(bodies.keys) - len(plain.keys))
     ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))
-    variances = figure_variances(bodies, lit, scenery.light.known)
+    variances = figure_variances(bodies, scenery.light.known)
     return Fit(
         base=base,
         effects=tuple(effects),

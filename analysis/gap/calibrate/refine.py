@@ -13,7 +13,6 @@ from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import (
     SEEDS,
     chi2_of_twins,
-    lit_by_label,
     some,
     together,
     twins,
@@ -52,10 +51,10 @@ PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
 
 FITS = 1.0
-"""Chi-squared per coordinate up to which a model fits as well as chance allows."""
+"""Misfit up to which a model fits as well as chance allows."""
 
 FAR = 2.0
-"""Chi-squared per coordinate of a model that does not fit."""
+"""Misfit of a model that does not fit."""
 
 A_LONG_WAY = 0.8
 """Part of chi-squared that is left where directions are read anew: they change on a long way."""
@@ -119,7 +118,7 @@ def refined(
     alone = twins(scenery, base, STEP_TWINS, effects)
     bodies = together(alone.values())
     both = with_keys(seen, bodies.keys)
-    variances = figure_variances(bodies, lit_by_label(scenery), scenery.light.known)
+    variances = figure_variances(bodies, scenery.light.known)
     space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
     light = calibration(space, of_the_light(base, scenery, bodies))
     gap = space.of(both)

@@ -21,6 +21,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import Scenery
+from analysis.gap.look.kinds import kinds
 from analysis.gap.look.observe import IMAGE, Key, Observation
 
 Floats = NDArray[np.float64]
@@ -115,12 +116,11 @@ NOTHING = 1e4
 """Standard errors become so many times larger where a figure tells nothing."""
 
 
-def figure_variances(twins: Observation, lit: dict[str, bool], known: bool = True) -> Floats:
+def figure_variances(twins: Observation, known: bool = True) -> Floats:
     """Variance of each figure of one group between twins, drawn to that of its like elsewhere.
 
     Args:
         twins: of one base; each group is another body.
-        lit: whether a shot is lit.
         known: whether the light is known.
     """
     keys, figures = twins.keys, twins.figures
@@ -130,16 +130,13 @@ def figure_variances(twins: Observation, lit: dict[str, bool], known: bool = Tru
     least[[key.statistic in ROOTS_OF_SHARES for key in keys]] = 0.25 / (twins.samples * blocks)
     least[[key.statistic == ROOT_OF_A_SHARE_OF_BLOCKS for key in keys]] = 0.25 / blocks
     own = np.maximum(figures.var(axis=0, ddof=1), least)
-    alike: dict[tuple[str, str, bool], list[int]] = {}
-    for index, key in enumerate(keys):
-        alike.setdefault((key.family, key.statistic, lit[key.shot]), []).append(index)
     pooled = own.copy()
-    for places in alike.values():
+    for places in kinds(keys, twins.lit):
         pooled[places] = np.exp(np.mean(np.log(own[places])))
     variances = (freedom * own + PRIOR_FREEDOM * pooled) / (freedom + PRIOR_FREEDOM)
     if not known:
         silent = [
-            lit[key.shot]
+            key.shot in twins.lit
             and (key.family.startswith(OF_THE_PICTURE) or key.statistic.startswith(OF_THE_PICTURE))
             for key in keys
         ]

@@ -20,7 +20,7 @@ from sensor.effect import Effect
 ANEW_STEPS = 5
 
 ENOUGH = 1.05
-"""Chi-squared per coordinate, by its own errors, from which no other way is gone with a suspect."""
+"""Misfit, by its own errors, from which no other way is gone with a suspect."""
 
 MISFIT = 1.2
 """Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import lit_by_label, seeds_of, together, with_keys
+from analysis.gap.calibrate.fit import seeds_of, together, with_keys
 from analysis.gap.calibrate.space import figure_variances, space_of
 from analysis.gap.camera.handles import free_parameters
 from analysis.gap.camera.twin import twin
@@ -54,7 +54,7 @@ def deviance(case: Case, found: Candidate) -> float:
         ]
     )
     bodies = with_keys(bodies, known.bodies.keys)
-    variances = figure_variances(bodies, lit_by_label(known.scenery), known.scenery.light.known)
+    variances = figure_variances(bodies, known.scenery.light.known)
     space = space_of(bodies, variances, found.base, known.scenery, seen.groups, seen=seen)
     left = calibration(space, known.ways).left(space.of(seen))
     in_body = case.scoring.spread.in_body

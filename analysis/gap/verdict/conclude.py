@@ -111,7 +111,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     weights = found.choices[0].by_name if found.choices else probabilities(found.candidates)
     total = float(before.rod.spread.expected.sum())
     count = len(found.choices)
-    alone = closed(gap.before, found.measured[min(1, len(found.choices))].held.total)
+    alone = closed(gap.before, found.measured[min(1, count)].held.total)
     most = MOST_CERTAIN if word == "explained" else MOST_IN_PART
     return GapReport(
         verdict=word,
@@ -124,7 +124,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
         candidates=tuple(
             Suspect(
                 name=c.name,
-                probability=float(weights.get(c.name, 0.0)) * doubt,
+                probability=min(most, float(weights.get(c.name, 0.0)) * doubt),
                 gap=before.held.total - c.forward / total,
                 calibration_equivalent=c.absorbed > EQUIVALENT,
                 score=c.score,

@@ -21,9 +21,9 @@ def transfer(group: Group) -> dict[str, float]:
     found = {"variance": float(np.log(by_pixel.mean() + ROUNDING_DN2))}
     if group.lit:
         edges = np.quantile(group.mean[::4, ::4], np.linspace(0, 1, BINS + 1)[1:-1])
-        which = sum((group.mean >= edge for edge in edges), np.zeros(by_pixel.shape, np.intp))
-        count = np.bincount(which.ravel(), minlength=BINS)
-        total = np.bincount(which.ravel(), by_pixel.ravel(), minlength=BINS)
+        which = np.searchsorted(edges, group.mean.ravel(), side="right")
+        count = np.bincount(which, minlength=BINS)
+        total = np.bincount(which, by_pixel.ravel(), minlength=BINS)
         typical = np.where(count > 0, total / np.maximum(count, 1), by_pixel.mean())
         for k in range(BINS):
             found[f"variance, part {k + 1}"] = float(np.log(typical[k] + ROUNDING_DN2))
