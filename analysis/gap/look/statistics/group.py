@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 Array = NDArray[np.float32]
 
@@ -67,7 +67,7 @@ class Group:
 
 def high_pass(image: Array) -> Array:
     """An image less its mean over 7 x 7 samples."""
-    return np.asarray(image - ndimage.uniform_filter(image, 7, mode="mirror"), dtype=np.float32)
+    return np.asarray(image - cv2.blur(image, (7, 7), borderType=cv2.BORDER_REFLECT_101))
 
 
 def crossed(image: Array) -> Array:

@@ -6,6 +6,7 @@ mean over a finite group takes off, which real and simulated frames share.
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from analysis.gap.look.statistics.group import Group, lagged, safe_ratio
@@ -46,7 +47,7 @@ def frames(group: Group) -> dict[str, float]:
     of one size.
     """
     pixels = group.mean.size
-    level = group.values.mean(axis=(1, 2)) * np.sqrt(pixels)
+    level = np.array([cv2.sumElems(one)[0] for one in group.codes]) / np.sqrt(pixels)
     steps = np.diff(level)
     spread = float(np.square(steps).mean()) / 2 - group.variance
     mean = float(group.mean.mean()) + 1.0

@@ -20,13 +20,16 @@ def transfer(group: Group) -> dict[str, float]:
     by_pixel = group.energy / (n - 1)
     found = {"variance": float(np.log(by_pixel.mean() + ROUNDING_DN2))}
     if group.lit:
+        brightness, spread = group.mean.ravel(), by_pixel.ravel()
         edges = np.quantile(group.mean[::4, ::4], np.linspace(0, 1, BINS + 1)[1:-1])
-        which = np.searchsorted(edges, group.mean.ravel(), side="right")
-        count = np.bincount(which, minlength=BINS)
-        total = np.bincount(which, by_pixel.ravel(), minlength=BINS)
-        typical = np.where(count > 0, total / np.maximum(count, 1), by_pixel.mean())
+        above = [(brightness >= edge).astype(np.float32) for edge in edges]
+        counts = [brightness.size, *(float(one.sum()) for one in above), 0.0]
+        totals = [float(spread.sum()), *(float(one @ spread) for one in above), 0.0]
+        mean = float(by_pixel.mean())
         for k in range(BINS):
-            found[f"variance, part {k + 1}"] = float(np.log(typical[k] + ROUNDING_DN2))
+            count, total = counts[k] - counts[k + 1], totals[k] - totals[k + 1]
+            typical = total / count if count > 0 else mean
+            found[f"variance, part {k + 1}"] = float(np.log(typical + ROUNDING_DN2))
     return found
 
 
