@@ -128,20 +128,24 @@ def test_a_wider_sharpening_lacks_what_so_many_passes_soften(passes: int, each_c
     assert np.allclose(applied(sharp, before), before + 0.7 * (source - soft), atol=1e-3)
 
 
-def test_spatial_denoise_keeps_an_edge_that_a_blur_softens() -> None:
+@pytest.mark.parametrize("diagonal", [1.0, 0.25])
+def test_spatial_denoise_keeps_an_edge_that_a_blur_softens(diagonal: float) -> None:
     sigma, step, strength = 2.0, 60.0, 1.0
-    left = (1 - 8 * strength / 9) ** 2 + 8 * (strength / 9) ** 2
+    window = 5 + 4 * diagonal
+    left = (1 - strength * (window - 1) / window) ** 2
+    left += 4 * (1 + diagonal**2) * (strength / window) ** 2
 
     def figures(frames: Array) -> Figures:
         edge = frames[:, :, 32] - frames[:, :, 31]
         variance = frames[:, 4:-4, 4:-36].var((1, 2), ddof=0)
         mean, error = by_frame(np.stack([edge.mean(1), variance], axis=1))
-        cells = 56 * 24 / 9  # independent means of nine pixels: what a sample's own mean takes off
-        return mean, [step, sigma**2 * left * (1 - 1 / cells)], error
+        # a blur that keeps the mean leaves the variance of a mean as it was: the sample's own takes
+        # sigma^2 over its pixels off
+        return mean, [step, sigma**2 * (left - 1 / (56 * 24))], error
 
     before = noise_on(50.0, sigma, 128, 64, 64)
     before[:, :, 32:] += step
-    effect = SpatialDenoise(strength=strength, threshold_dn=30.0)
+    effect = SpatialDenoise(strength=strength, threshold_dn=30.0, diagonal=diagonal)
     box = ndimage.uniform_filter(before, (1, 3, 3), mode="mirror")
     tells_apart(figures, applied(effect, before), box)
 

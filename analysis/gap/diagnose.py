@@ -14,7 +14,6 @@ from analysis.gap.calibrate.first_guess import before, first_guess
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import Refined, counted, refine
 from analysis.gap.camera.base import camera_of
-from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
 from analysis.gap.verdict.conclude import TOO_FEW, Trail, conclude, insufficient
@@ -54,10 +53,9 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     by_light = darks_by_light(fit_half, scenery) if dark.noise_dn < ROUNDED_DN else None
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
-    if setting.arithmetic == IN_FRACTIONS:
-        other = counted(best, fit_half, scenery)
-        if other is not best.base:
-            best = refine(other, fit_half, scenery, effects)
+    other = counted(best, fit_half, scenery)
+    if other is not best.base:
+        best = refine(other, fit_half, scenery, effects)
     return around(best.base, scenery, effects)
 
 

@@ -129,4 +129,5 @@ def scenery_of(
             side=max(1, -(-down // BLOCKS_DOWN)),
             top_dn=first.top_dn,
         ),
+        rules=(),
     )

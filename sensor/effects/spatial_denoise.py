@@ -20,12 +20,14 @@ _AROUND = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
 class SpatialDenoise(Effect):
     """Each pixel moves towards those of its eight neighbours that are nearly equal to it.
 
-        DN' = DN + s / (1 + m) sum of d_j over the m neighbours with |d_j| < T,  d_j = DN_j - DN
+        DN' = DN + s / (1 + sum of w_j) sum of w_j d_j,    d_j = DN_j - DN, both sums over |d_j| < T
 
-    Lee's sigma filter; with s = 1 it is the mean over all alike pixels. Each colour is filtered by
-    itself, on a mosaic among pixels of the same colour. Where noise is well below T its variance
-    falls by (1 - 8s/9)^2 + 8 (s/9)^2 and neighbours become correlated, while an edge higher than T
-    stays as steep as it was: a linear blur that takes as much noise away softens it.
+    where w_j is 1 for straight neighbours and w for diagonal ones. With w = 1 this is Lee's sigma
+    filter, and with s = 1 as well the mean over all alike pixels; a small w is a round window, as
+    that of a narrow normal distribution. Each colour is filtered by itself, on a mosaic among
+    pixels of the same colour. Where noise is well below T its variance falls, for W = 5 + 4w, by
+    (1 - s (W - 1) / W)^2 + 4 (1 + w^2) (s / W)^2 and neighbours become correlated, while an edge
+    higher than T stays as steep as it was: a linear blur that takes as much noise away softens it.
     """
 
     name: ClassVar[str] = "spatial_denoise"
@@ -52,20 +54,31 @@ class SpatialDenoise(Effect):
         starts=(4.0, 64.0),
         doc="difference from which a neighbour counts as another object",
     )
+    diagonal: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        starts=(1.0, 0.25),
+        doc="weight of a diagonal neighbour over that of a straight one",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         number = dr.array_t(signal.backend.arrays.TensorXf)
         # figures are data, so that a new value compiles nothing
         threshold = dr.opaque(number, self.threshold_dn)
         strength = dr.opaque(number, self.strength)
+        diagonal = dr.opaque(number, self.diagonal)
 
         def smooth(own: Any, around: list[Any]) -> Any:
             total, alike = own * 0.0, own * 0.0 + 1.0
-            for other in around:
+            for (dy, dx), other in zip(_AROUND, around, strict=True):
                 difference = other - own
-                counts = dr.abs(difference) < threshold
-                total += dr.select(counts, difference, 0.0)
-                alike += dr.select(counts, 1.0, 0.0)
+                weight = dr.select(
+                    dr.abs(difference) < threshold, diagonal if dy and dx else 1.0, 0.0
+                )
+                total += weight * difference
+                alike += weight
             return own + strength * total / alike
 
         if not signal.coloured:

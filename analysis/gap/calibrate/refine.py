@@ -23,7 +23,6 @@ from analysis.gap.calibrate.space import Space, figure_variances, space_of
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, RULES
 from analysis.gap.look.observe import Observation
 from sensor.effect import Effect
 
@@ -208,11 +207,11 @@ def counted(found: Refined, seen: Observation, scenery: Scenery) -> Base:
         seen: the frames that fit.
         scenery: their light and shots.
     """
-    if scenery.body.pixels != "rgb8" or found.misfit < FAR:
+    if found.misfit < FAR:
         return found.base
     others = (
         refined(dataclasses.replace(found.base, arithmetic=rule), seen, scenery, found.effects)
-        for rule in (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES)
+        for rule in scenery.rules
         if rule != found.base.arithmetic
     )
     return min([found, *others], key=lambda one: one.chi2).base

@@ -28,12 +28,14 @@ class Scenery:
         light: what falls on the sensor.
         shots: the shots that are simulated, each under one lamp of the light.
         view: how they are looked at.
+        rules: ways of counting of its demosaicer that the frames leave open; see `rules_of`.
     """
 
     body: Body
     light: Light
     shots: tuple[Shot, ...]
     view: View
+    rules: tuple[int, ...]
 
     def only(self, labels: Sequence[str]) -> Scenery:
         """The same with some of the shots."""

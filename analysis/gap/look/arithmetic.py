@@ -22,15 +22,29 @@ OF_WHOLE_SAMPLES = 4
 """In fractions behind a converter that has rounded: of itself it looks like halves to the even
 number, and differs from it by what processing makes of the fractions."""
 
+HALVES_TO_EVEN = 2
+
 RULES: dict[int, Callable[[Whole], Whole]] = {
     1: lambda total: (total + 1) // 2,
-    2: lambda total: total // 2 + (total & total // 2 & 1),
+    HALVES_TO_EVEN: lambda total: total // 2 + (total & total // 2 & 1),
     3: lambda total: total // 2,
 }
 """A mean of two whole numbers from their sum, by the arithmetic of `sensor.effects.demosaic`."""
 
 NEARLY_ALL = 0.98
 """Share of the samples that follow a rule which the camera has."""
+
+
+def rules_of(told: int) -> tuple[int, ...]:
+    """The ways of counting that colour images leave open, by what `arithmetic_of` tells.
+
+    Args:
+        told: a rule in whole numbers that the images keep, or 0 where they keep none: it may be
+            hidden by what was done to them afterwards.
+    """
+    if told == IN_FRACTIONS:
+        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES)
+    return (told, OF_WHOLE_SAMPLES) if told == HALVES_TO_EVEN else (told,)
 
 
 def arithmetic_of(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -> int:

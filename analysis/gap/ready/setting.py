@@ -13,7 +13,7 @@ from analysis.gap.calibrate.darks import black_of
 from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
-from analysis.gap.look.arithmetic import arithmetic_of
+from analysis.gap.look.arithmetic import IN_FRACTIONS, arithmetic_of, rules_of
 from analysis.gap.look.comb import exponent, histograms, white_balance
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
@@ -72,11 +72,14 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     keys = [f for f in capture.frames if f.shot.label in chosen.key]
     black_dn = black_of_frames(capture.frames)
     cfa = first.cfa or _cfa(lattices)
+    coloured = first.pixels == "rgb8"
+    arithmetic = arithmetic_of([f.dn for f in keys], lattices)
     scenery = Scenery(
         body=Body.of(first, cfa, capture.camera),
         light=light_of(capture, stated, black_dn),
         shots=shots_of([f.shot for f in keys]),
         view=view,
+        rules=rules_of(arithmetic) if coloured else (IN_FRACTIONS,),
     )
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
     return Setting(
@@ -85,8 +88,8 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         scenery=scenery,
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
-        arithmetic=arithmetic_of([f.dn for f in keys], lattices),
-        white_balance=white_balance(counts) if first.pixels == "rgb8" else None,
+        arithmetic=arithmetic,
+        white_balance=white_balance(counts) if coloured else None,
         told=_told(keys, lattices, counts),
     )
 

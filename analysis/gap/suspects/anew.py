@@ -86,9 +86,9 @@ def anew(
         begun = as_found if as_it_was else against(base, effect)
         as_counted = counted(begun, case.fit_seen, known.scenery)
         yield as_counted, effect
-        if known.scenery.body.pixels == "rgb8":
-            # far from the camera its arithmetic cannot be seen, so both ways are gone
-            for rule in {IN_FRACTIONS, OF_WHOLE_SAMPLES} - {as_counted.arithmetic}:
+        # far from the camera its arithmetic cannot be seen, so both ways are gone
+        for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES):
+            if rule in known.scenery.rules and rule != as_counted.arithmetic:
                 yield dataclasses.replace(base, arithmetic=rule), effect
         for other in _choices(effect):
             yield as_counted, other

@@ -18,8 +18,10 @@ import numpy as np
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import seeds_of, together, with_keys
 from analysis.gap.calibrate.space import figure_variances, space_of
+from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters
 from analysis.gap.camera.twin import twin
+from analysis.gap.look.observe import Observation
 from analysis.gap.measure.case import Candidate, Case
 from analysis.gap.measure.twins_spread import believed
 
@@ -45,7 +47,7 @@ def deviance(case: Case, found: Candidate) -> float:
         case: the capture.
         found: the suspect, fitted on the other frames.
     """
-    known, seen = case.known, case.score_seen
+    known = case.known
     effects = [*known.effects, found.effect]
     bodies = together(
         [
@@ -53,9 +55,21 @@ def deviance(case: Case, found: Candidate) -> float:
             for seed in seeds_of(JUDGES)
         ]
     )
-    bodies = with_keys(bodies, known.bodies.keys)
+    return _deviance(case, found.base, with_keys(bodies, known.bodies.keys))
+
+
+def deviance_without(case: Case) -> float:
+    """The same of the model as it is, without any suspect."""
+    bodies = case.known.bodies
+    few = slice(None, JUDGES)
+    fewer = dataclasses.replace(bodies, figures=bodies.figures[few], means=bodies.means[few])
+    return _deviance(case, case.known.base, fewer)
+
+
+def _deviance(case: Case, base: Base, bodies: Observation) -> float:
+    known, seen = case.known, case.score_seen
     variances = figure_variances(bodies, known.scenery.light.known)
-    space = space_of(bodies, variances, found.base, known.scenery, seen.groups, seen=seen)
+    space = space_of(bodies, variances, base, known.scenery, seen.groups, seen=seen)
     left = calibration(space, known.ways).left(space.of(seen))
     in_body = case.scoring.spread.in_body
     halves = np.where(in_body, 1.0, 2.0)
@@ -63,17 +77,23 @@ def deviance(case: Case, found: Candidate) -> float:
     return float(halves @ (np.square(z) + 2.0 * space.log_widths))
 
 
-def judged(case: Case, rivals: Sequence[Candidate]) -> list[Candidate]:
+def judged(case: Case, rivals: Sequence[Candidate], before: float) -> list[Candidate]:
     """Rivals with scores that are as far apart as their likelihoods.
 
     Args:
         case: the capture.
         rivals: suspects, each at its fitted strength.
+        before: best score of a suspect before any was followed. Where none has such a score any
+            more, the right one may be wronged by the errors of the model without it; the
+            likeliest is then worth what it has over no suspect at all.
     """
     most = max((c.score for c in rivals), default=0.0)
-    if len(rivals) < 2 or most < CLEAR:
+    wronged = most < CLEAR <= before
+    if not rivals or (not wronged and (len(rivals) < 2 or most < CLEAR)):
         return list(rivals)
     found = [deviance(case, c) + PER_PARAMETER * len(free_parameters(c.effect)) for c in rivals]
+    if wronged:
+        most = max(most, deviance_without(case) - min(found))
     return [
         dataclasses.replace(c, score=most - (one - min(found)))
         for c, one in zip(rivals, found, strict=True)
