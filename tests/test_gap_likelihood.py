@@ -64,14 +64,14 @@ def test_scores_are_as_far_apart_as_likelihoods(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(likelihood, "deviance", lambda case, found: deviances[found.name])
     case: Case = None  # type: ignore[assignment]
     rivals = [suspect("row_noise", 500.0), suspect("black_level_drift", 800.0)]
-    row, drift = judged(case, rivals)
+    row, drift = judged(case, rivals, 0.0)
     assert row.score == 800.0
     assert drift.score == 800.0 - (96.0 + 3 * PER_PARAMETER - 100.0)
-    assert judged(case, rivals[:1]) == rivals[:1]
+    assert judged(case, rivals[:1], 0.0) == rivals[:1]
 
 
 def test_near_the_floor_scores_stay_what_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(likelihood, "deviance", lambda case, found: pytest.fail("not asked"))
     case: Case = None  # type: ignore[assignment]
     weak = [suspect("row_noise", 50.0), suspect("black_level_drift", 80.0)]
-    assert judged(case, weak) == weak
+    assert judged(case, weak, 0.0) == weak

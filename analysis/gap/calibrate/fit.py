@@ -190,6 +190,32 @@ def by_the_others(bodies: Observation, variances: Floats, scenery: Scenery) -> F
     return np.minimum(np.sqrt(variances / np.array(without)), ALONE)
 
 
+MORE_THAN_CHANCE = 0.1
+"""Part of the variance of blocks that a few twins may have beyond what is expected by chance."""
+
+
+def as_wide_as_twins(space: Space, of_one: Space, bodies: Observation) -> Space:
+    """A space whose blocks are as uncertain as twins show them.
+
+    An effect with another pattern in each body, hot pixels say, makes blocks scatter by more than
+    fixed pattern and light do. By errors that do not know of it the least of the effect would fit
+    best.
+
+    Args:
+        space: of a capture.
+        of_one: of one group of frames of the same camera.
+        bodies: twins of it.
+    """
+    first, count = len(space.keys), bodies.groups
+    each = [fair(count) * of_one.of(bodies, slice(k, k + 1))[first:] for k in range(count)]
+    excess = float(np.square(each).mean()) - 1.0 - MORE_THAN_CHANCE
+    if excess <= 0:
+        return space
+    # a body's pattern is not averaged over groups, as the noise beside it is
+    narrower = float(np.exp(2.0 * (of_one.log_widths - space.log_widths)[first:]).mean())
+    return dataclasses.replace(space, whitening=space.whitening / np.sqrt(1.0 + narrower * excess))
+
+
 def chi2_of_twins(space: Space, bodies: Observation) -> float:
     """Chi-squared that one of so many twins has from the others, in the mean.
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import (
     SEEDS,
+    as_wide_as_twins,
     chi2_of_twins,
     some,
     together,
@@ -118,10 +119,11 @@ def refined(
     bodies = together(alone.values())
     both = with_keys(seen, bodies.keys)
     variances = figure_variances(bodies, scenery.light.known)
+    of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
     space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
+    space = as_wide_as_twins(space, of_one, bodies)
     light = calibration(space, of_the_light(base, scenery, bodies))
     gap = space.of(both)
-    of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
     return Refined(
         base=base,
         effects=tuple(effects),
@@ -129,7 +131,7 @@ def refined(
         space=space,
         gap=gap,
         left=light.left(gap),
-        expected=chi2_of_twins(of_one, bodies),
+        expected=chi2_of_twins(as_wide_as_twins(of_one, of_one, bodies), bodies),
     )
 
 

@@ -53,8 +53,8 @@ def anew(
         return refined(base, case.fit_seen, known.scenery, (*known.effects, effect))
 
     best, as_found = found, against(found.base, found.effect)
-    least = as_found.misfit
-    if least <= ENOUGH:
+    likeliest = as_found
+    if likeliest.misfit <= ENOUGH:
         return found
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
     effect, base = found.effect, found.base
@@ -63,7 +63,7 @@ def anew(
     if start or found.misfit > LED_NOWHERE * without:
         effect, base = first, start or known.base
 
-    def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, float]:
+    def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
         fitted = refine(
             begin,
             case.fit_seen,
@@ -74,8 +74,8 @@ def anew(
         )
         shown = signature(fitted.effects[-1], known, base=fitted.base, seeds=FINAL_SEEDS)
         if shown is None:
-            return found, least
-        return candidate(case, shown, fitted.base, found.absorbed), fitted.misfit
+            return found, as_found
+        return candidate(case, shown, fitted.base, found.absorbed), fitted
 
     def ways() -> Iterator[tuple[Base, Effect]]:
         """Where to begin, the likeliest first."""
@@ -92,12 +92,15 @@ def anew(
                 yield dataclasses.replace(base, arithmetic=rule), effect
         for other in _choices(effect):
             yield as_counted, other
+        if "G" in base.channels and likeliest is not as_found:
+            yield channels_alike(likeliest.base), likeliest.effects[-1]
 
     for way in ways():
         other, left = calibrated(*way)
-        if left < least:
-            best, least = other, left
-        if least <= ENOUGH:
+        # the widest model leaves least, and is not the likeliest
+        if left.deviance < likeliest.deviance:
+            best, likeliest = other, left
+        if likeliest.misfit <= ENOUGH:
             break
     return best
 

@@ -13,6 +13,7 @@ from analysis.gap.calibrate.refine import refine
 from analysis.gap.measure.case import Candidate, Case
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
+from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.hints import Hints, Told, brightest, dwell_s, mains_hz, period_px
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting, halves
@@ -33,6 +34,7 @@ from analysis.gap.verdict.verdict import (
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.gamma import Gamma
+from sensor.effects.spatial_denoise import SpatialDenoise
 
 Watch = Callable[[str], None]
 
@@ -57,6 +59,8 @@ def told_by(setting: Setting) -> dict[str, Told]:
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
     if room := lit_room(setting):
         told[AmbientLight.name] = room
+    if smooth := filtered(setting):
+        told[SpatialDenoise.name] = smooth
     return told
 
 

@@ -1,0 +1,137 @@
+"""Where a camera begins that smooths its noise in space: by how samples that were measured agree.
+
+A mosaic's samples of one colour are two pixels apart and have independent noise. A window of three
+by three over the filled-in picture mixes them all the same, because what lies between was made of
+them. With the weights c, a and b of a pixel, its straight and its diagonal neighbours, red and blue
+become sums over their own lattice by the kernel
+
+    p q p
+    q C q        C = c + 2a + b,    q = (a + b) / 2,    p = b / 4
+    p q p
+
+so that noise of variance 1 becomes V = C^2 + 4q^2 + 4p^2 and has the covariance 2qC + 4pq with the
+next sample and 2pC + 2q^2 with the diagonal one. A camera without a mosaic has C = c, q = a, p = b.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from analysis.bias.rounding import ROUNDING_DN2
+from analysis.gap.calibrate.darks import darks_of
+from analysis.gap.calibrate.first_guess import first_guess
+from analysis.gap.camera.base import Base
+from analysis.gap.look.statistics.group import lagged
+from analysis.gap.ready.hints import HINT_FRAMES, Told
+from analysis.gap.ready.setting import Setting, halves
+
+Floats = NDArray[np.float64]
+
+LEAST_CORRELATION = 0.02
+"""Of a sample with the next one, from which a filter is told: charge that spreads makes less."""
+
+ALIKE = 2.0
+"""Factor by which correlations of both directions and of all levels differ at most."""
+
+LINEAR_DN = 64.0
+"""Threshold of a filter that mixes whatever it meets."""
+
+
+def filtered(setting: Setting) -> Told | None:
+    """A filter in space with its weights, and the base by moments of frames without it.
+
+    It takes noise away that a base without it has to take for a smaller gain, so that the base
+    which fits is no place to begin. None where noise is not smoothed, in lit frames of every level
+    and along rows and columns alike.
+
+    Args:
+        setting: the capture.
+    """
+    found = _correlations(setting)
+    if not len(found):
+        return None
+    straight = found[:, :2]
+    if straight.min() < LEAST_CORRELATION or straight.max() > ALIKE * straight.min():
+        return None
+    coloured = len(setting.scenery.view.lattices) == 4
+    a, b = _weights(float(straight.mean()), float(found[:, 2].mean()), coloured)
+    if a <= 0:
+        return None
+    fit_half, _ = halves(setting.seen)
+    dark = darks_of(fit_half, setting.scenery, setting.black_dn)
+    base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    left = [_power(a, b, channel if coloured else "") for channel in base.channels]
+    return Told(
+        hints={
+            "strength": a * (5.0 + 4.0 * b / a),
+            "diagonal": b / a,
+            "threshold_dn": LINEAR_DN,
+        },
+        exact=False,
+        base=_noisier(base, 1.0 / np.array(left)),
+    )
+
+
+def _correlations(setting: Setting) -> Floats:
+    """Of noise with the next sample of its row, of its column, and diagonally: (lit shots, 3)."""
+    lattices = setting.scenery.view.lattices
+    alone = [one for one in lattices if len(lattices) != 4 or one.channel != "G"]
+    rows = []
+    for stack in setting.capture.frames:
+        if stack.shot.dark or stack.shot.label not in setting.plan.key:
+            continue
+        products = np.zeros(4)
+        for lattice in alone:
+            values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
+            noise = values - values.mean(axis=0)
+            width = noise.shape[2]
+            products += [lagged(noise, lag) for lag in (0, 1, width, width + 1)]
+        rows.append(products[1:] / max(products[0] - len(alone) * ROUNDING_DN2, 1e-9))
+    return np.array(rows)
+
+
+def _kernel(a: float, b: float, coloured: bool) -> tuple[float, float, float]:
+    """Weights of a sample, of the next and of the diagonal one of its own lattice."""
+    c = 1.0 - 4.0 * a - 4.0 * b
+    return (c + 2 * a + b, (a + b) / 2, b / 4) if coloured else (c, a, b)
+
+
+def _weights(straight: float, diagonal: float, coloured: bool) -> tuple[float, float]:
+    """Weights of straight and diagonal neighbours that make these correlations."""
+
+    def off(weights: Floats) -> list[float]:
+        middle, q, p = _kernel(weights[0], weights[0] * weights[1], coloured)
+        power = middle**2 + 4 * q**2 + 4 * p**2
+        return [
+            (2 * q * middle + 4 * p * q) / power - straight,
+            (2 * p * middle + 2 * q**2) / power - diagonal,
+        ]
+
+    found = least_squares(off, (0.05, 0.5), bounds=((0.0, 0.0), (0.2, 1.0))).x
+    return float(found[0]), float(found[0] * found[1])
+
+
+def _power(a: float, b: float, channel: str) -> float:
+    """Variance that is left of a measured sample's noise."""
+    if channel != "G":
+        middle, q, p = _kernel(a, b, coloured=channel != "")
+        return middle**2 + 4 * q**2 + 4 * p**2
+    # its diagonal neighbours were measured, and its straight ones are means of four
+    c = 1.0 - 4.0 * a - 4.0 * b
+    return (c + a) ** 2 + 4 * (a / 2 + b) ** 2 + 4 * (a / 4) ** 2
+
+
+def _noisier(base: Base, factor: Floats) -> Base:
+    """The base with so many times the variance, and as bright."""
+    return dataclasses.replace(
+        base,
+        gain_dn_per_e=base.gain_dn_per_e * factor,
+        read_dn2=base.read_dn2 * factor,
+        fpn_dn2=base.fpn_dn2 * factor,
+        prnu2=base.prnu2 * factor,
+        level={lamp: level / factor for lamp, level in base.level.items()},
+    )
