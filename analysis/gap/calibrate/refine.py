@@ -198,7 +198,7 @@ def _least_fall(point: Refined) -> float:
     return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))
 
 
-def counted(found: Refined, seen: Observation, scenery: Scenery) -> Base:
+def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float = FAR) -> Base:
     """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
 
     Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
@@ -208,8 +208,9 @@ def counted(found: Refined, seen: Observation, scenery: Scenery) -> Base:
         found: a camera against the frames.
         seen: the frames that fit.
         scenery: their light and shots.
+        enough: misfit from which others are tried.
     """
-    if found.misfit < FAR:
+    if found.misfit < enough:
         return found.base
     others = (
         refined(dataclasses.replace(found.base, arithmetic=rule), seen, scenery, found.effects)

@@ -14,7 +14,7 @@ from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature, starts, strengths
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.pursue import LONG
+from analysis.gap.suspects.pursue import chosen_otherwise
 from sensor.effect import Effect
 
 ANEW_STEPS = 5
@@ -128,15 +128,10 @@ def channels_alike(base: Base) -> Base:
 
 def _choices(effect: Effect) -> list[Effect]:
     """The same effect with a choice made differently, or with another of its strengths."""
-    made = [
-        dataclasses.replace(effect, **{p.name: value})
-        for p in effect.parameters()
-        if p.whole and p.maximum - p.minimum < LONG
-        for value in p.starts
-        if value != getattr(effect, p.name)
-    ]
     others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
-    return made + [one for on, one in others.items() if on != _strengths_on(effect)]
+    return chosen_otherwise(effect) + [
+        one for on, one in others.items() if on != _strengths_on(effect)
+    ]
 
 
 def _strengths_on(effect: Effect) -> frozenset[str]:

@@ -32,6 +32,9 @@ WORTH_A_SHAPE = 6.0
 LONG = 10
 """Whole numbers beyond this many are a scale, not a choice."""
 
+LEAVES_SOME = 1.05
+"""Part of the expected chi-squared beyond which a choice is made differently as well."""
+
 SHAPED = 0.02
 """Part of chi-squared that a round of shaping must take off."""
 
@@ -87,7 +90,21 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         if shaped.chi2 > best.chi2 - max(WORTH_A_SHAPE, SHAPED * best.chi2):
             break
         best = strengthened(shaped)
+    if best.chi2 > LEAVES_SOME * case.fitting.spread.expected.sum():
+        others = (strengthened(attempt(one, best.base)) for one in chosen_otherwise(best.effect))
+        best = min([best, *others], key=lambda one: one.chi2)
     return candidate(case, best.shown, best.base, found.absorbed)
+
+
+def chosen_otherwise(effect: Effect) -> list[Effect]:
+    """The same effect with one of its choices made differently."""
+    return [
+        dataclasses.replace(effect, **{p.name: value})
+        for p in effect.parameters()
+        if p.whole and p.maximum - p.minimum < LONG
+        for value in p.starts
+        if value != getattr(effect, p.name)
+    ]
 
 
 def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:

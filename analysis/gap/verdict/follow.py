@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import refine
+from analysis.gap.calibrate.refine import counted, refine, refined
 from analysis.gap.measure.case import Candidate, Case
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
@@ -203,9 +203,25 @@ def _confirmed(
 
 
 def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measured]:
-    """The model with a suspect added, and what it leaves of the capture."""
-    added = around(found.base, setting.scenery, (*model.effects, found.effect))
-    return added, measured(added, setting.seen)
+    """The model with a suspect added, and what it leaves of the capture.
+
+    Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
+    """
+    effects = (*model.effects, found.effect)
+    added = around(found.base, setting.scenery, effects)
+    left = measured(added, setting.seen)
+    if left.whole.p_value >= SIGNIFICANCE:
+        return added, left
+    fit_half, _ = halves(setting.seen)
+    now = refined(found.base, fit_half, setting.scenery, effects)
+    base = counted(now, fit_half, setting.scenery, enough=0.0)
+    if base is now.base:
+        return added, left
+    again = refine(base, fit_half, setting.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+    recounted = around(again.base, setting.scenery, again.effects)
+    left_so = measured(recounted, setting.seen)
+    better = left_so.held.total < left.held.total
+    return (recounted, left_so) if better else (added, left)
 
 
 def _alone(setting: Setting, step: _Step) -> _Step:
