@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,6 +18,8 @@ from analysis.gap.calibrate.darks import (
     behind_rounding,
     black_by_light,
 )
+from analysis.gap.calibrate.fit import MORE_THAN_CHANCE, as_wide_as_twins
+from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
 from analysis.gap.suspects.anew import channels_alike
@@ -153,3 +156,46 @@ def test_channels_that_are_alike_are_as_bright_as_before() -> None:
         assert np.all(getattr(even, figure) == green), figure
     bright, before = (one.gain_dn_per_e * one.level["lamp"] for one in (even, base))
     assert bright == pytest.approx(before, rel=1e-6)
+
+
+BLOCKS, SHOTS_OF_IT, OWN_DN2, OWN_GROUPS, BODIES = 400, 3, 0.04, 4, 8
+
+
+def space_of_blocks(groups: int) -> Space:
+    """Blocks of one channel: noise in time of so many groups of frames, and of the twins' mean."""
+    variance = OWN_DN2 * (1 / groups + 1 / BODIES)
+    covariance = np.broadcast_to(variance * np.eye(SHOTS_OF_IT), (1, BLOCKS, 3, 3))
+    return Space(
+        keys=(), expected_figures=np.zeros(0),
+        expected_means=np.zeros((SHOTS_OF_IT, 1, BLOCKS)), spread=np.zeros(0),
+        whitening=np.linalg.inv(np.linalg.cholesky(covariance)),
+        shape=(SHOTS_OF_IT, 1, BLOCKS),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("of_a_body", [0.0, 0.5])
+def test_blocks_are_as_uncertain_as_twins_show_them(of_a_body: float) -> None:
+    """Twins with a pattern of variance b beside noise of variance v scatter by (v + b) / v of one
+    group. Of n groups against the mean of t twins the noise is v (1 / n + 1 / t) and the pattern
+    b (1 + 1 / t), so that variances grow by 1 + (b / v - d) (1 + 1 / t) / (1 / n + 1 / t) for the d
+    that chance may make; without a pattern they stay as they are. The variance of 8 twins of 1200
+    blocks is known to sqrt(2 / 8400): at 4.5 standard errors."""
+    rng = np.random.default_rng(6)
+    size = (BODIES, SHOTS_OF_IT, 1, BLOCKS)
+    means = np.sqrt(OWN_DN2) * rng.standard_normal(size)
+    means += np.sqrt(of_a_body) * rng.standard_normal(size)
+    twins = Observation(
+        keys=(), figures=np.zeros((BODIES, 0)), shots=("a", "b", "c"), lit=frozenset(),
+        channels=("Y",), means=means, noise=np.ones((3, 1)), grid=(20, 20), samples=1, frames=4,
+    )  # fmt: skip
+    of_one, of_all = space_of_blocks(1), space_of_blocks(OWN_GROUPS)
+    of_one = dataclasses.replace(of_one, expected_means=means.mean(axis=0))
+    found = as_wide_as_twins(of_all, of_one, twins)
+    if of_a_body == 0:
+        assert found is of_all
+        return
+    ratio = of_a_body / OWN_DN2
+    wider = np.square(of_all.whitening[0, 0, 0, 0] / found.whitening[0, 0, 0, 0])
+    narrower = (1 + 1 / BODIES) / (1 / OWN_GROUPS + 1 / BODIES)
+    error = 4.5 * narrower * (1 + ratio) * np.sqrt(2 / (7 * SHOTS_OF_IT * BLOCKS))
+    assert wider == pytest.approx(1 + (ratio - MORE_THAN_CHANCE) * narrower, abs=error)

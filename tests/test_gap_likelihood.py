@@ -75,3 +75,20 @@ def test_near_the_floor_scores_stay_what_they_are(monkeypatch: pytest.MonkeyPatc
     case: Case = None  # type: ignore[assignment]
     weak = [suspect("row_noise", 50.0), suspect("black_level_drift", 80.0)]
     assert judged(case, weak, 0.0) == weak
+
+
+def test_one_that_the_errors_of_others_condemn_is_worth_its_likelihood(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where a suspect had a clear score before it was followed and none has one after, the
+    likeliest is worth what it has over no suspect: nothing, where that is likelier still."""
+    deviances = {"row_noise": 100.0, "black_level_drift": 900.0}
+    monkeypatch.setattr(likelihood, "deviance", lambda case, found: deviances[found.name])
+    monkeypatch.setattr(likelihood, "deviance_without", lambda case: 700.0)
+    case: Case = None  # type: ignore[assignment]
+    row, drift = suspect("row_noise", -5000.0), suspect("black_level_drift", -4000.0)
+    first, second = judged(case, [row, drift], 2000.0)
+    assert first.score == 700.0 - (100.0 + PER_PARAMETER)
+    assert second.score == first.score - (900.0 + 4 * PER_PARAMETER - (100.0 + PER_PARAMETER))
+    assert judged(case, [drift], 2000.0)[0].score == 700.0 - (900.0 + 4 * PER_PARAMETER)
+    assert judged(case, [row, drift], 50.0) == [row, drift]

@@ -10,7 +10,7 @@ from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.darks import NODES, WEIGHTS, behind_rounding
 from analysis.gap.camera.light import Light
 from analysis.gap.camera.light_blocks import blocks_of, light_noise
-from analysis.gap.look.arithmetic import arithmetic_of
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, arithmetic_of, rules_of
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observe import View
 from analysis.gap.look.statistics.codes import codes
@@ -149,7 +149,13 @@ def test_the_arithmetic_of_a_demosaicer_is_told_from_its_frames(arithmetic: int)
     shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=2)
     frames = Frames(dn=codes, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
     capture = Capture(camera="x", frames=(frames,))
-    assert arithmetic_of([codes], lattices_of(capture)) == arithmetic
+    told = arithmetic_of([codes], lattices_of(capture))
+    assert told == arithmetic
+    # a rule that frames keep is the camera's; halves to the even number may come of fractions
+    open_ones = rules_of(told)
+    assert told in open_ones
+    assert (OF_WHOLE_SAMPLES in open_ones) == (told in (IN_FRACTIONS, 2))
+    assert len(open_ones) == {IN_FRACTIONS: 5, 2: 2}.get(told, 1)
 
 
 @pytest.mark.parametrize("period", [23.7, 3.3, 500.0])

@@ -16,6 +16,7 @@ next sample and 2pC + 2q^2 with the diagonal one. A camera without a mosaic has 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +26,11 @@ from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.calibrate.darks import darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.camera.base import Base
+from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.statistics.group import lagged
 from analysis.gap.ready.hints import HINT_FRAMES, Told
 from analysis.gap.ready.setting import Setting, halves
+from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
 
@@ -51,20 +54,26 @@ def filtered(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    found = _correlations(setting)
-    if not len(found):
+    lattices = setting.scenery.view.lattices
+    lit = [
+        stack
+        for stack in setting.capture.frames
+        if stack.shot.label in setting.plan.key and not stack.shot.dark
+    ]
+    if not lit:
         return None
+    found = np.array([correlations(stack, lattices) for stack in lit])
     straight = found[:, :2]
     if straight.min() < LEAST_CORRELATION or straight.max() > ALIKE * straight.min():
         return None
-    coloured = len(setting.scenery.view.lattices) == 4
-    a, b = _weights(float(straight.mean()), float(found[:, 2].mean()), coloured)
+    coloured = len(lattices) == 4
+    a, b = weights_of(float(straight.mean()), float(found[:, 2].mean()), coloured)
     if a <= 0:
         return None
     fit_half, _ = halves(setting.seen)
     dark = darks_of(fit_half, setting.scenery, setting.black_dn)
     base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
-    left = [_power(a, b, channel if coloured else "") for channel in base.channels]
+    left = [power_left(a, b, channel if coloured else "") for channel in base.channels]
     return Told(
         hints={
             "strength": a * (5.0 + 4.0 * b / a),
@@ -76,22 +85,16 @@ def filtered(setting: Setting) -> Told | None:
     )
 
 
-def _correlations(setting: Setting) -> Floats:
-    """Of noise with the next sample of its row, of its column, and diagonally: (lit shots, 3)."""
-    lattices = setting.scenery.view.lattices
+def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
+    """Of noise with the next sample of its row, of its column, and the diagonal one: (3,)."""
     alone = [one for one in lattices if len(lattices) != 4 or one.channel != "G"]
-    rows = []
-    for stack in setting.capture.frames:
-        if stack.shot.dark or stack.shot.label not in setting.plan.key:
-            continue
-        products = np.zeros(4)
-        for lattice in alone:
-            values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
-            noise = values - values.mean(axis=0)
-            width = noise.shape[2]
-            products += [lagged(noise, lag) for lag in (0, 1, width, width + 1)]
-        rows.append(products[1:] / max(products[0] - len(alone) * ROUNDING_DN2, 1e-9))
-    return np.array(rows)
+    products = np.zeros(4)
+    for lattice in alone:
+        values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
+        noise = values - values.mean(axis=0)
+        width = noise.shape[2]
+        products += [lagged(noise, lag) for lag in (0, 1, width, width + 1)]
+    return np.asarray(products[1:] / max(products[0] - len(alone) * ROUNDING_DN2, 1e-9))
 
 
 def _kernel(a: float, b: float, coloured: bool) -> tuple[float, float, float]:
@@ -100,7 +103,7 @@ def _kernel(a: float, b: float, coloured: bool) -> tuple[float, float, float]:
     return (c + 2 * a + b, (a + b) / 2, b / 4) if coloured else (c, a, b)
 
 
-def _weights(straight: float, diagonal: float, coloured: bool) -> tuple[float, float]:
+def weights_of(straight: float, diagonal: float, coloured: bool) -> tuple[float, float]:
     """Weights of straight and diagonal neighbours that make these correlations."""
 
     def off(weights: Floats) -> list[float]:
@@ -115,8 +118,8 @@ def _weights(straight: float, diagonal: float, coloured: bool) -> tuple[float, f
     return float(found[0]), float(found[0] * found[1])
 
 
-def _power(a: float, b: float, channel: str) -> float:
-    """Variance that is left of a measured sample's noise."""
+def power_left(a: float, b: float, channel: str) -> float:
+    """Variance that is left of a measured sample's noise; no channel stands for no mosaic."""
     if channel != "G":
         middle, q, p = _kernel(a, b, coloured=channel != "")
         return middle**2 + 4 * q**2 + 4 * p**2

@@ -1,0 +1,81 @@
+"""A filter in space is told by how measured samples of the noise agree with each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from analysis.gap.look.lattices import Lattice
+from analysis.gap.ready.filtered import correlations, power_left, weights_of
+from sensor.frames import Frames
+from sensor.protocol import Shot
+
+SIGMA_DN = 8.0
+FRAMES, HEIGHT, WIDTH = 16, 144, 144
+MOSAIC = tuple(
+    Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
+    for name, dy, dx in (("R", 0, 0), ("G1", 0, 1), ("G2", 1, 0), ("B", 1, 1))
+)
+GREY = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
+
+
+def window(a: float, b: float) -> np.ndarray:
+    """Three by three weights of one sum."""
+    return np.array([[b, a, b], [a, 1 - 4 * a - 4 * b, a], [b, a, b]])
+
+
+def filled_in(raw: np.ndarray) -> np.ndarray:
+    """A mosaic RGGB with the colours between filled in by means of neighbours."""
+    y, x = np.mgrid[: raw.shape[1], : raw.shape[2]]
+    red, blue = (y % 2 == 0) & (x % 2 == 0), (y % 2 == 1) & (x % 2 == 1)
+    cross = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]]) / 4
+    square = np.array([[1, 2, 1], [2, 4, 2], [1, 2, 1]]) / 4
+    planes = [
+        ndimage.convolve(raw * here, kernel[None], mode="mirror")
+        for here, kernel in ((red, square), (~red & ~blue, cross), (blue, square))
+    ]
+    return np.stack(planes, axis=-1)
+
+
+def lit(dn: np.ndarray, pixels: str) -> Frames:
+    """A shot of whole codes."""
+    shot = Shot(label="lit", light=("lamp",), level=(1.0,), exposure_s=0.01, frames=len(dn))
+    codes = np.clip(np.round(dn), 0, 255).astype(np.uint8)
+    return Frames(shot=shot, dn=codes, pixels=pixels, bits=8, cfa=None)
+
+
+@pytest.mark.parametrize(("a", "b"), [(0.08, 0.06), (0.05, 0.0), (0.03, 0.01)])
+@pytest.mark.parametrize("coloured", [True, False])
+def test_weights_and_the_noise_that_they_leave(a: float, b: float, coloured: bool) -> None:
+    """White noise behind a window of known weights. A correlation of n independent samples has the
+    error 1 / sqrt(n), and of samples that share some noise less than twice that; a weight has no
+    larger one, because the slope of the correlation over it is 1 or more. At 5 standard errors for
+    the 36 figures here, noise along with them (its relative error is sqrt(2 / n))."""
+    rng = np.random.default_rng(17)
+    raw = 120 + SIGMA_DN * rng.standard_normal((FRAMES, HEIGHT, WIDTH))
+    if coloured:
+        smooth = ndimage.convolve(filled_in(raw), window(a, b)[None, :, :, None], mode="mirror")
+        stack, lattices = lit(smooth, "rgb8"), MOSAIC
+    else:
+        smooth = ndimage.convolve(raw, window(a, b)[None], mode="mirror")
+        stack, lattices = lit(smooth, "mono8"), GREY
+    right, down, diagonal = correlations(stack, lattices)
+    found = weights_of((right + down) / 2, diagonal, coloured)
+    samples = FRAMES * (HEIGHT - 16) * (WIDTH - 16) / (2 if coloured else 1)
+    assert found == pytest.approx((a, b), abs=5 * 2 / np.sqrt(samples))
+    for lattice in lattices:
+        values = lattice.of(stack.dn).astype(float)
+        power = values.var(axis=0, ddof=1).mean() - 1 / 12
+        channel = lattice.channel if coloured else ""
+        expected = SIGMA_DN**2 * power_left(a, b, channel)
+        assert power == pytest.approx(expected, rel=5 * 2 * np.sqrt(2 / values.size))
+
+
+def test_noise_of_single_samples_has_no_weights() -> None:
+    """Three correlations of white noise, at 4.5 standard errors."""
+    rng = np.random.default_rng(18)
+    raw = 120 + SIGMA_DN * rng.standard_normal((FRAMES, HEIGHT, WIDTH))
+    found = correlations(lit(filled_in(raw), "rgb8"), MOSAIC)
+    samples = FRAMES * (HEIGHT - 16) * (WIDTH - 16) / 2
+    assert np.abs(found).max() < 4.5 / np.sqrt(samples)
