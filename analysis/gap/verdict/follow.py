@@ -34,6 +34,7 @@ from analysis.gap.verdict.verdict import (
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.gamma import Gamma
+from sensor.effects.jpeg import Jpeg
 from sensor.effects.spatial_denoise import SpatialDenoise
 
 Watch = Callable[[str], None]
@@ -59,7 +60,8 @@ def told_by(setting: Setting) -> dict[str, Told]:
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
     if room := lit_room(setting):
         told[AmbientLight.name] = room
-    if smooth := filtered(setting):
+    # a codec's losses make neighbours agree as well
+    if Jpeg.name not in told and (smooth := filtered(setting)):
         told[SpatialDenoise.name] = smooth
     return told
 
