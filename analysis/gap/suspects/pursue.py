@@ -53,11 +53,17 @@ def pursue(case: Case, found: Evidence) -> Candidate:
     """The strength, then the shape, then the strength again, the base along with them."""
     turned, space = case.fitting.turned, case.fitting.turned.space
 
-    def attempt(effect: Effect, base: Base) -> _Try:
+    def if_possible(effect: Effect, base: Base) -> _Try | None:
         shown = signature(effect, case.known, base=base, seeds=FINAL_SEEDS)
-        assert shown is not None, "the suspect has been simulated before"
+        if shown is None:
+            return None
         left = turned.left(case.fit_gap - vector(space, shown))
         return _Try(effect=effect, base=base, shown=shown, chi2=float(left @ left))
+
+    def attempt(effect: Effect, base: Base) -> _Try:
+        tried = if_possible(effect, base)
+        assert tried is not None, "the suspect has been simulated before"
+        return tried
 
     response = 1.5
 
@@ -91,8 +97,9 @@ def pursue(case: Case, found: Evidence) -> Candidate:
             break
         best = strengthened(shaped)
     if best.chi2 > LEAVES_SOME * case.fitting.spread.expected.sum():
-        others = (strengthened(attempt(one, best.base)) for one in chosen_otherwise(best.effect))
-        best = min([best, *others], key=lambda one: one.chi2)
+        others = [if_possible(one, best.base) for one in chosen_otherwise(best.effect)]
+        stronger = [strengthened(one) for one in others if one is not None]
+        best = min([best, *stronger], key=lambda one: one.chi2)
     return candidate(case, best.shown, best.base, found.absorbed)
 
 
