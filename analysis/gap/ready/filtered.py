@@ -10,7 +10,8 @@ become sums over their own lattice by the kernel
     p q p
 
 so that noise of variance 1 becomes V = C^2 + 4q^2 + 4p^2 and has the covariance 2qC + 4pq with the
-next sample and 2pC + 2q^2 with the diagonal one. A camera without a mosaic has C = c, q = a, p = b.
+next sample and 2pC + 2q^2 with the diagonal one. Frames of a camera without a mosaic, and raw ones
+colour by colour, have C = c, q = a, p = b.
 """
 
 from __future__ import annotations
@@ -40,6 +41,9 @@ LEAST_CORRELATION = 0.02
 ALIKE = 2.0
 """Factor by which correlations of both directions and of all levels differ at most."""
 
+MOSAIC = 4
+"""Lattices of a colour image whose mosaic is known."""
+
 LINEAR_DN = 64.0
 """Threshold of a filter that mixes whatever it meets."""
 
@@ -60,13 +64,13 @@ def filtered(setting: Setting) -> Told | None:
         for stack in setting.capture.frames
         if stack.shot.label in setting.plan.key and not stack.shot.dark
     ]
-    if not lit:
-        return None
+    coloured = setting.scenery.body.pixels == "rgb8"
+    if not lit or (coloured and len(lattices) != MOSAIC):
+        return None  # where nobody knows what was measured, filled-in colours agree anyway
     found = np.array([correlations(stack, lattices) for stack in lit])
     straight = found[:, :2]
     if straight.min() < LEAST_CORRELATION or straight.max() > ALIKE * straight.min():
         return None
-    coloured = len(lattices) == 4
     a, b = weights_of(float(straight.mean()), float(found[:, 2].mean()), coloured)
     if a <= 0:
         return None
@@ -87,7 +91,7 @@ def filtered(setting: Setting) -> Told | None:
 
 def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
     """Of noise with the next sample of its row, of its column, and the diagonal one: (3,)."""
-    alone = [one for one in lattices if len(lattices) != 4 or one.channel != "G"]
+    alone = [one for one in lattices if stack.dn.ndim == 3 or one.channel != "G"]
     products = np.zeros(4)
     for lattice in alone:
         values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
