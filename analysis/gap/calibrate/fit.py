@@ -216,6 +216,23 @@ def as_wide_as_twins(space: Space, of_one: Space, bodies: Observation) -> Space:
     return dataclasses.replace(space, whitening=space.whitening / np.sqrt(1.0 + narrower * excess))
 
 
+def spaces_by(
+    bodies: Observation, base: Base, scenery: Scenery, seen: Observation
+) -> tuple[Space, Space]:
+    """The spaces of a capture and of one group of frames, by a few twins of a camera alone.
+
+    Args:
+        bodies: the twins.
+        base: the camera.
+        scenery: light and shots.
+        seen: the capture, with the keys of the twins.
+    """
+    variances = figure_variances(bodies, scenery.light.known)
+    of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
+    of_all = space_of(bodies, variances, base, scenery, seen.groups, seen=seen)
+    return as_wide_as_twins(of_all, of_one, bodies), as_wide_as_twins(of_one, of_one, bodies)
+
+
 def chi2_of_twins(space: Space, bodies: Observation) -> float:
     """Chi-squared that one of so many twins has from the others, in the mean.
 

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import (
     SEEDS,
-    as_wide_as_twins,
     chi2_of_twins,
     some,
+    spaces_by,
     together,
     twins,
     with_keys,
 )
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins, of_the_light
-from analysis.gap.calibrate.space import Space, figure_variances, space_of
+from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
 from analysis.gap.camera.twin import Scenery
@@ -118,10 +118,7 @@ def refined(
     alone = twins(scenery, base, STEP_TWINS, effects)
     bodies = together(alone.values())
     both = with_keys(seen, bodies.keys)
-    variances = figure_variances(bodies, scenery.light.known)
-    of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
-    space = space_of(bodies, variances, base, scenery, seen.groups, seen=both)
-    space = as_wide_as_twins(space, of_one, bodies)
+    space, of_one = spaces_by(bodies, base, scenery, both)
     light = calibration(space, of_the_light(base, scenery, bodies))
     gap = space.of(both)
     return Refined(
@@ -131,7 +128,7 @@ def refined(
         space=space,
         gap=gap,
         left=light.left(gap),
-        expected=chi2_of_twins(as_wide_as_twins(of_one, of_one, bodies), bodies),
+        expected=chi2_of_twins(of_one, bodies),
     )
 
 

@@ -16,8 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import as_wide_as_twins, seeds_of, together, with_keys
-from analysis.gap.calibrate.space import figure_variances, space_of
+from analysis.gap.calibrate.fit import seeds_of, spaces_by, together, with_keys
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters
 from analysis.gap.camera.twin import twin
@@ -68,10 +67,7 @@ def deviance_without(case: Case) -> float:
 
 def _deviance(case: Case, base: Base, bodies: Observation) -> float:
     known, seen = case.known, case.score_seen
-    variances = figure_variances(bodies, known.scenery.light.known)
-    of_one = space_of(bodies, variances, base, known.scenery, 1, floors=False)
-    space = space_of(bodies, variances, base, known.scenery, seen.groups, seen=seen)
-    space = as_wide_as_twins(space, of_one, bodies)
+    space, _ = spaces_by(bodies, base, known.scenery, seen)
     left = calibration(space, known.ways).left(space.of(seen))
     in_body = case.scoring.spread.in_body
     halves = np.where(in_body, 1.0, 2.0)
