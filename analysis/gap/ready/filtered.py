@@ -69,7 +69,8 @@ def filtered(setting: Setting) -> Told | None:
         return None  # where nobody knows what was measured, filled-in colours agree anyway
     found = np.array([correlations(stack, lattices) for stack in lit])
     straight = found[:, :2]
-    if straight.min() < LEAST_CORRELATION or straight.max() > ALIKE * straight.min():
+    by_direction, by_level = straight.mean(axis=0), straight.mean(axis=1)
+    if by_direction.min() < LEAST_CORRELATION or not (_alike(by_direction) and _alike(by_level)):
         return None
     a, b = weights_of(float(straight.mean()), float(found[:, 2].mean()), coloured)
     if a <= 0:
@@ -87,6 +88,10 @@ def filtered(setting: Setting) -> Told | None:
         exact=False,
         base=_noisier(base, 1.0 / np.array(left)),
     )
+
+
+def _alike(values: Floats) -> bool:
+    return bool(values.max() <= ALIKE * values.min())
 
 
 def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
