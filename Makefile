@@ -7,7 +7,8 @@ READY := $(VENV)/.ready
 JOBS ?= auto
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check format lint types imports test nightly bench bench-gap docs withheld another-camera lock
+.PHONY: help setup demo check format lint types imports test nightly bench bench-gap bias study docs withheld \
+  another-camera lock
 
 help:  ## list these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -66,7 +67,7 @@ withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/w
 	  --beside histogram=$(SET).histogram --beside refit-free=$(SET).refit-free
 	$(BIN)/python -m docs.withheld_page $(SET).score
 
-# Half an hour on two cores: what is done is kept, and the next run goes on from there.
+# An hour on two cores: what is done is kept, and the next run goes on from there.
 another-camera: $(READY)  ## the diagnosis on a NumPy camera, fault by fault: docs/another-camera.md
 	$(BIN)/python -m docs.another_camera_page
 

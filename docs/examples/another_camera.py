@@ -6,7 +6,7 @@
 Only the light is rendered by camtruth; sensor, faults and files are written here, by the formulas
 that come to mind first. The faults have the names of `camtruth effects`, not its models: what the
 diagnosis says of them is said of a camera that it cannot know. `--fault none` has none.
-docs/another-camera.md shows what it says of each.
+`make another-camera` asks it of each, and writes docs/another-camera.md.
 """
 
 from __future__ import annotations
