@@ -56,8 +56,9 @@ FITS = 1.0
 FAR = 2.0
 """Misfit of a model that does not fit."""
 
-A_LONG_WAY = 0.8
-"""Part of chi-squared that is left where directions are read anew: they change on a long way."""
+A_LONG_WAY = 0.3
+"""Part of chi-squared that is left where directions are read anew: they change on a long way, and
+reading them is worth five steps."""
 
 MOST_GAIN_STEP = 0.4
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -199,10 +200,27 @@ class _Seen:
     grid: tuple[int, int]
 
 
+KEPT = 256
+"""Groups of frames of which it is kept what was seen: many changes of a camera leave darks as they
+are, with the same random numbers to the last bit.
+"""
+
+_kept: dict[tuple[object, ...], list[Future[_Seen]]] = {}
+
+
 def _looked_at(dn: NDArray[Any], lit: bool, view: View) -> list[Future[_Seen]]:
     """One group of frames, lattice by lattice, and what all lattices have together."""
-    alone = [_cores().submit(_lattice, dn, lit, view, lattice) for lattice in view.lattices]
-    return [*alone, _cores().submit(_all_lattices, dn, lit, view)]
+    group = np.ascontiguousarray(dn)
+    digest = hashlib.sha1(group.data, usedforsecurity=False).digest()
+    name = (digest, dn.shape, dn.dtype, lit, view)
+    seen = _kept.pop(name, None)
+    if seen is None:
+        alone = [_cores().submit(_lattice, group, lit, view, one) for one in view.lattices]
+        seen = [*alone, _cores().submit(_all_lattices, group, lit, view)]
+    _kept[name] = seen  # the last that was asked for is the last to go
+    if len(_kept) > KEPT:
+        _kept.pop(next(iter(_kept)), None)
+    return seen
 
 
 def _lattice(dn: NDArray[Any], lit: bool, view: View, lattice: Lattice) -> _Seen:
