@@ -15,6 +15,7 @@ from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.hints import Hints, Told, brightest, dwell_s, mains_hz, period_px
+from analysis.gap.ready.hot import hot
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.ready.unbend import unbent
@@ -34,6 +35,7 @@ from analysis.gap.verdict.verdict import (
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.gamma import Gamma
+from sensor.effects.hot_pixels import HotPixels
 from sensor.effects.jpeg import Jpeg
 from sensor.effects.spatial_denoise import SpatialDenoise
 
@@ -60,6 +62,8 @@ def told_by(setting: Setting) -> dict[str, Told]:
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
     if room := lit_room(setting):
         told[AmbientLight.name] = room
+    if spots := hot(setting):
+        told[HotPixels.name] = spots
     # a codec's losses make neighbours agree as well
     if Jpeg.name not in told and (smooth := filtered(setting)):
         told[SpatialDenoise.name] = smooth

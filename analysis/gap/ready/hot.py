@@ -1,0 +1,101 @@
+"""How many photosites leak, and how much: what stands out of the dark in every frame.
+
+The excess of a hot photosite is exponential, and an exponential forgets: what lies above a
+threshold t is above it by the same mean m again, whatever the threshold. Of samples x that end at
+the largest code, some at it, the likeliest m and the density are
+
+    m = sum of (x - t) / number below the largest code
+    density = number / sum of exp(-t / m) over all photosites
+
+A fit by twins cannot do as well: theirs are others, in other places, and a few dozen differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bias.rounding import ROUNDING_DN2
+from analysis.gap.calibrate.darks import darks_of
+from analysis.gap.calibrate.first_guess import first_guess
+from analysis.gap.look.lattices import Lattice
+from analysis.gap.ready.hints import HINT_FRAMES, Told
+from analysis.gap.ready.setting import Setting, halves
+from sensor.frames import Frames
+from sensor.thermal import DOUBLING_C, thermal_growth
+
+Floats = NDArray[np.float64]
+
+STANDS_OUT = 8.0
+"""Standard errors above its surroundings at which a sample leaks: no fixed pattern is as wide."""
+
+LEAST_NUMBER = 16
+"""Leaking samples that tell how many and how much: each to a quarter or better."""
+
+
+def hot(setting: Setting) -> Told | None:
+    """Density and rate of hot photosites; None where too few stand out of the longest dark.
+
+    Args:
+        setting: the capture.
+    """
+    darks = [
+        stack
+        for stack in setting.capture.frames
+        if stack.shot.label in setting.plan.key and stack.shot.dark
+    ]
+    if not darks:
+        return None
+    longest = max(darks, key=lambda stack: stack.shot.exposure_s)
+    fit_half, _ = halves(setting.seen)
+    dark = darks_of(fit_half, setting.scenery, setting.black_dn)
+    base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    gain = dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))
+    found = leaking(longest, setting.scenery.view.lattices, gain)
+    if found is None:
+        return None
+    density, excess_e = found
+    growth = thermal_growth(longest.shot, DOUBLING_C)
+    rate = excess_e / (growth * longest.shot.exposure_s)
+    return Told(hints={"density": density, "rate_e_per_s": rate})
+
+
+def leaking(
+    stack: Frames, lattices: Sequence[Lattice], gain_dn_per_e: dict[str, float]
+) -> tuple[float, float] | None:
+    """Share of samples that leak, and how much in the mean in electrons; None if they are too few.
+
+    Args:
+        stack: frames of one dark shot.
+        lattices: where its measured samples are.
+        gain_dn_per_e: by channel.
+    """
+    beyond, thresholds, sizes = [], [], []
+    clipped = 0
+    for lattice in lattices:
+        values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
+        one, other = (
+            _above_surroundings(part.mean(axis=0)) for part in (values[::2], values[1::2])
+        )
+        spread = 1.4826 * float(np.median(np.abs(one)))
+        threshold = STANDS_OUT * max(spread, float(np.sqrt(ROUNDING_DN2 / len(values[::2]))))
+        gain = gain_dn_per_e[lattice.channel]
+        above = np.minimum(one, other) > threshold
+        beyond.append(((one + other)[above] / 2 - threshold) / gain)
+        clipped += int((values[:, above].max(axis=0) >= stack.top_dn).sum())
+        thresholds.append(threshold / gain)
+        sizes.append(one.size)
+    excess = np.concatenate(beyond)
+    if len(excess) - clipped < LEAST_NUMBER:
+        return None
+    mean = float(excess.sum()) / (len(excess) - clipped)
+    counted = np.array(sizes) @ np.exp(-np.array(thresholds) / mean)
+    return float(len(excess) / counted), float(mean)
+
+
+def _above_surroundings(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """An image less the median of five by five samples around each."""
+    return np.asarray(image - cv2.medianBlur(np.ascontiguousarray(image), 5))
