@@ -62,6 +62,7 @@ def test_scores_are_as_far_apart_as_likelihoods(monkeypatch: pytest.MonkeyPatch)
     """One strength against one strength and three shapes: each shape has its price."""
     deviances = {"row_noise": 100.0, "black_level_drift": 96.0}
     monkeypatch.setattr(likelihood, "deviance", lambda case, found: deviances[found.name])
+    monkeypatch.setattr(likelihood, "deviance_without", lambda case: 700.0)
     case: Case = None  # type: ignore[assignment]
     rivals = [suspect("row_noise", 500.0), suspect("black_level_drift", 800.0)]
     row, drift = judged(case, rivals, 0.0)
@@ -80,8 +81,8 @@ def test_near_the_floor_scores_stay_what_they_are(monkeypatch: pytest.MonkeyPatc
 def test_one_that_the_errors_of_others_condemn_is_worth_its_likelihood(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where a suspect had a clear score before it was followed and none has one after, the
-    likeliest is worth what it has over no suspect: nothing, where that is likelier still."""
+    """Where much is left without a suspect, the likeliest is worth what it has over none, whatever
+    its score by the errors of others; where none is clearly likelier, scores stay what they are."""
     deviances = {"row_noise": 100.0, "black_level_drift": 900.0}
     monkeypatch.setattr(likelihood, "deviance", lambda case, found: deviances[found.name])
     monkeypatch.setattr(likelihood, "deviance_without", lambda case: 700.0)
@@ -90,5 +91,7 @@ def test_one_that_the_errors_of_others_condemn_is_worth_its_likelihood(
     first, second = judged(case, [row, drift], 2000.0)
     assert first.score == 700.0 - (100.0 + PER_PARAMETER)
     assert second.score == first.score - (900.0 + 4 * PER_PARAMETER - (100.0 + PER_PARAMETER))
-    assert judged(case, [drift], 2000.0)[0].score == 700.0 - (900.0 + 4 * PER_PARAMETER)
+    clear = suspect("black_level_drift", 400.0)
+    assert [one.score for one in judged(case, [row, clear], 2000.0)] == [first.score, second.score]
+    assert judged(case, [drift], 2000.0) == [drift]
     assert judged(case, [row, drift], 50.0) == [row, drift]

@@ -167,15 +167,14 @@ def test_patterns_that_are_drawn_anew_are_named_together() -> None:
     assert alone.alike == ()
 
 
-def against(spread: float, seen: np.ndarray, gap: float, *, of_body: bool) -> Any:
+def against(spread: float, seen: np.ndarray, gap: float, family: str) -> Any:
     """A capture whose figures are off by so much, held against a model of some spread."""
     keys = tuple(
-        Key(shot=f"s{k}", lattice="G", family="frames", statistic="x") for k in range(len(seen))
+        Key(shot=f"s{k}", lattice="G", family=family, statistic="x") for k in range(len(seen))
     )
     count = float(len(seen))
     of_twins = SimpleNamespace(
         residuals=np.zeros((16, len(seen))),
-        in_body=np.full(len(seen), of_body),
         expected=np.array([count]),
     )
     return SimpleNamespace(
@@ -191,15 +190,17 @@ def against(spread: float, seen: np.ndarray, gap: float, *, of_body: bool) -> An
     )
 
 
-@pytest.mark.parametrize(("of_body", "believed"), [(False, True), (True, False)])
-def test_scatter_accounts_for_itself_and_width_does_not(of_body: bool, believed: bool) -> None:
+@pytest.mark.parametrize(
+    ("family", "believed"), [("frames", True), ("pattern shape", True), ("texture", False)]
+)
+def test_scatter_accounts_for_itself_and_width_does_not(family: str, believed: bool) -> None:
     """Figures that scatter 4 times as wide as the model without a suspect says: its right amount
     takes nothing off by those errors. By its own ones -2 log L falls by 16 - 1 - ln 16 = 12 a
-    figure. Where it is noise in time that is so it is believed, a pattern of the body is not."""
+    figure. That is believed of figures of noise and of pattern, and not of the picture."""
     seen = np.random.default_rng(12).normal(0, 4.0, 400)
     gap = float(np.square(seen).mean()) - 1.0
     found = dataclasses.replace(candidate("row_noise", 900.0), misfit=gap + 1.5)
-    now, after = against(1.0, seen, gap, of_body=of_body), against(4.0, seen, 0.0, of_body=of_body)
+    now, after = against(1.0, seen, gap, family), against(4.0, seen, 0.0, family)
     assert accounts(found, now, after) is believed
 
 

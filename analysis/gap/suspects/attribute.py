@@ -113,7 +113,8 @@ def attribute(
             pursued = anew(case, pursued, found.effect)
         candidates.append(pursued)
     # calibrated with its own suspect, a camera's errors may be others: scores say little of that
-    candidates = judged(case, candidates, likely[0].score if likely else 0.0)
+    unexplained = float(np.square(case.fit_left).sum() - case.fitting.spread.expected.sum())
+    candidates = judged(case, candidates, unexplained)
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
     unique = {c.name: c for c in reversed(candidates)}

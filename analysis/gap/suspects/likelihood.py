@@ -75,23 +75,26 @@ def _deviance(case: Case, base: Base, bodies: Observation) -> float:
     return float(halves @ (np.square(z) + 2.0 * space.log_widths))
 
 
-def judged(case: Case, rivals: Sequence[Candidate], before: float) -> list[Candidate]:
+def judged(case: Case, rivals: Sequence[Candidate], unexplained: float) -> list[Candidate]:
     """Rivals with scores that are as far apart as their likelihoods.
+
+    The likeliest is worth what it has over no suspect at all, if that is more than any score: the
+    right one may be wronged by the errors of the model without it.
 
     Args:
         case: the capture.
         rivals: suspects, each at its fitted strength.
-        before: best score of a suspect before any was followed. Where none has such a score any
-            more, the right one may be wronged by the errors of the model without it; the
-            likeliest is then worth what it has over no suspect at all.
+        unexplained: chi-squared beyond what is expected, without any suspect.
     """
     most = max((c.score for c in rivals), default=0.0)
-    wronged = most < CLEAR <= before
+    wronged = most < CLEAR <= unexplained
     if not rivals or (not wronged and (len(rivals) < 2 or most < CLEAR)):
         return list(rivals)
     found = [deviance(case, c) + PER_PARAMETER * len(free_parameters(c.effect)) for c in rivals]
-    if wronged:
-        most = max(most, deviance_without(case) - min(found))
+    gained = deviance_without(case) - min(found)
+    if wronged and gained < CLEAR:
+        return list(rivals)
+    most = max(most, gained)
     return [
         dataclasses.replace(c, score=most - (one - min(found)))
         for c, one in zip(rivals, found, strict=True)

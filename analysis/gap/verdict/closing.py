@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from analysis.gap.look.observe import Key
+from analysis.gap.look.texture import FAMILY as TEXTURE
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
@@ -39,8 +40,9 @@ def closed(before: float, after: float, floor: float = 0.0) -> float:
 def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
     """Whether it is the suspect's own doing that closes the gap, and not the width it gives to all.
 
-    Its signature takes a part of the gap off; or, if it makes noise in time scatter, which by the
-    errors of a model without it leaves more than there was, the frames are likelier with it.
+    Its signature takes a part of the gap off; or, if it makes figures scatter, which by the errors
+    of a model without it leaves more than there was, the figures of the frames are likelier with
+    it. The picture has no say in that: every pattern closes it by being wide.
 
     Args:
         found: the suspect.
@@ -50,23 +52,23 @@ def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
     expected = float(now.case.fitting.spread.expected.sum())
     taken = float(np.square(now.case.fit_left).sum()) / expected - found.misfit
     whole = float(now.rod.spread.expected.sum())
-    likelier = _fall_in_time(_deviance_in_time(now), _deviance_in_time(after)) / whole
+    likelier = _fall(_deviances(now), _deviances(after)) / whole
     return gap < LARGE or max(taken, likelier) > LEAST_PART * gap
 
 
-def _deviance_in_time(one: Measured) -> dict[Key, float]:
-    """-2 log likelihood of each figure of noise in time, by the model's own errors."""
+def _deviances(one: Measured) -> dict[Key, float]:
+    """-2 log likelihood of each figure, by the model's own errors; of none of the picture."""
     space, spread = one.rod.turned.space, one.rod.spread
     z = believed(one.left[: len(space.keys)], len(spread.residuals))
     figures = np.square(z) + 2.0 * space.log_widths[: len(space.keys)]
     return {
         key: float(figure)
-        for key, figure, in_body in zip(space.keys, figures, spread.in_body, strict=False)
-        if not in_body
+        for key, figure in zip(space.keys, figures, strict=True)
+        if key.family != TEXTURE
     }
 
 
-def _fall_in_time(before: Mapping[Key, float], after: Mapping[Key, float]) -> float:
+def _fall(before: Mapping[Key, float], after: Mapping[Key, float]) -> float:
     """By how much it falls, over the figures that both models have."""
     return sum(before[key] - after[key] for key in before if key in after)
 
