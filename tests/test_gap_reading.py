@@ -80,6 +80,9 @@ def test_bits_that_were_never_counted_in(bits: int) -> None:
     dn = (picture() // 2**bits * 2**bits).astype(np.uint8)
     stack = Frames(dn=dn, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
     assert empty_bits([stack], SITES) == bits
+    dn[:, ::9] = 255  # clipped at either end
+    dn[:, 1::9] = 0
+    assert empty_bits([stack], SITES) == bits
 
 
 def test_the_dwell_time_of_traps_is_read_from_the_noisiest_pixels() -> None:

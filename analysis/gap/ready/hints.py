@@ -135,11 +135,15 @@ MOST_BITS = 8
 
 
 def empty_bits(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> int:
-    """Lowest bits that have one value in all measured samples: nothing was ever counted in them."""
+    """Lowest bits that have one value in all measured samples: nothing was ever counted in them.
+
+    The first and the last code are no witnesses: all that is beyond them is clipped there.
+    """
     codes = [
         np.unique(lattice.of(stack.dn[:HINT_FRAMES])) for stack in stacks for lattice in lattices
     ]
     used = np.unique(np.concatenate(codes)).astype(np.int64)
+    used = used[(used > 0) & (used < stacks[0].top_dn)]
     for bits in range(MOST_BITS, 0, -1):
         if len(used) > 1 and len(np.unique(used % 2**bits)) == 1:
             return bits

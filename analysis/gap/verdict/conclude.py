@@ -101,7 +101,9 @@ def insufficient(trouble: str) -> GapReport:
 def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
-    elsewhere = bool(untouched(found.measured[0], found.measured[-1]))
+    # what whole codes tell is so, whatever else is wrong with the camera
+    certain = any(effect.name in setting.told for effect in found.models[-1].effects)
+    elsewhere = not certain and bool(untouched(found.measured[0], found.measured[-1]))
     word = verdict(len(found.choices), gap, elsewhere)
     if word == "unexplained":
         found = found.first()
