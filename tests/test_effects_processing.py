@@ -170,7 +170,7 @@ def test_temporal_filter_remembers_in_the_dark_and_pixel_by_pixel() -> None:
     tells_apart(figures, real, blurred)
 
 
-@pytest.mark.parametrize("algorithm", [1, 2, 3])
+@pytest.mark.parametrize("algorithm", [1, 2, 3, 4])
 @pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
 def test_demosaic_other_keeps_the_samples_and_flat_colours(algorithm: int, cfa: str) -> None:
     effect = DemosaicOther(algorithm=algorithm)
@@ -179,7 +179,7 @@ def test_demosaic_other_keeps_the_samples_and_flat_colours(algorithm: int, cfa: 
     sites = np.array(["RGB".index(c) for c in cfa]).reshape(2, 2)
     sites = np.tile(sites, (12, 16))[None, :, :, None]
     kept = np.take_along_axis(applied(effect, bilinear, cfa=cfa), sites, axis=3)[..., 0]
-    resolution = 0.5 / 256 if algorithm == 3 else 0  # OpenCV takes codes of 16 bits
+    resolution = {3: 0.5 / 256, 4: 0.5}.get(algorithm, 0)  # OpenCV takes codes of 16 and 8 bits
     assert np.abs(kept - mosaic).max() <= resolution + 1e-4
     colours = np.broadcast_to([120.0, 100.0, 60.0], (1, 24, 32, 3))
     assert np.abs(applied(effect, colours, cfa=cfa) - colours).max() < 0.01
@@ -200,6 +200,17 @@ def test_demosaic_other_moves_noise_between_the_colours() -> None:
     impostor = bilinear.copy()  # green as noisy as Malvar's, by noise of its own
     impostor[..., 1] += noise_on(0.0, sigma * math.sqrt(5 / 16), *bilinear.shape[:3], seed=8)
     tells_apart(figures, real, impostor)
+
+
+def test_variable_gradients_do_not_mix_the_greens_of_an_edge() -> None:
+    """A grey step along the columns: the directions that cross it vary, and green, which has
+    measured neighbours along it, is filled in from one side alone. A mean of equal weights mixes
+    three of one side with one of the other."""
+    step = np.where(np.arange(32) < 16, 50.0, 150.0)
+    bilinear = applied(Demosaic(), np.broadcast_to(step, (1, 24, 32)), cfa="RGGB")
+    real = applied(DemosaicOther(algorithm=4), bilinear, cfa="RGGB")
+    assert set(np.unique(bilinear[..., 1])) == {50.0, 75.0, 125.0, 150.0}
+    assert set(np.unique(real[..., 1])) == {50.0, 150.0}
 
 
 @pytest.mark.parametrize("cfa", ["GGGG", "RGGB"])

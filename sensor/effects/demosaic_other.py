@@ -28,6 +28,7 @@ class DemosaicOther(Effect):
         1: Malvar, a linear filter of 5 x 5 that takes gradients of the other colours along
         2: Menon, along the direction in which colour differences vary less, then refined
         3: OpenCV's edge-aware rule, along the smaller of two gradients
+        4: OpenCV's variable number of gradients, from all directions that vary little; 8 bits alone
 
     Stands behind `demosaic`: measured samples pass that one unchanged, so they are taken from its
     result, filled in anew, and pass unchanged here too. Noise moves between the colours: Malvar's
@@ -40,17 +41,18 @@ class DemosaicOther(Effect):
     position: ClassVar[int] = 11
     reference: ClassVar[str] = (
         "Malvar, He and Cutler, ICASSP 2004; Menon, Andriani and Calvagno, IEEE Trans. Image "
-        "Process. 16, 132 (2007), both by colour-demosaicing; OpenCV, COLOR_Bayer..._EA"
+        "Process. 16, 132 (2007), both by colour-demosaicing; OpenCV, COLOR_Bayer..._EA; Chang, "
+        "Cheung and Pang, Proc. SPIE 3650 (1999), by OpenCV, COLOR_Bayer..._VNG"
     )
 
     algorithm: float = parameter(
         1.0,
         unit="1",
         minimum=0.0,
-        maximum=3.0,
+        maximum=4.0,
         identity=0.0,
         whole=True,
-        doc="0 leaves the bilinear one, 1 Malvar 2004, 2 Menon 2007, 3 OpenCV edge-aware",
+        doc="0 leaves the bilinear one, 1 Malvar, 2 Menon, 3 edge-aware, 4 variable gradients",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -63,7 +65,13 @@ class DemosaicOther(Effect):
             )
         if self.algorithm == 0:
             return signal.replace(signal.value)
-        fill = (_malvar, _menon, _edge_aware)[int(self.algorithm) - 1]
+        fill = (_malvar, _menon, _edge_aware, _variable_gradients)[int(self.algorithm) - 1]
+        if fill is _variable_gradients and signal.format.bits != 8:
+            raise CameraError(
+                f"'demosaic_other' with algorithm 4 in a camera of {signal.format.bits} bits",
+                "expected 8 bits: OpenCV's variable number of gradients takes no others",
+                "choose algorithm 1, 2 or 3, or a camera of 8 bits",
+            )
         image = np.asarray(signal.value.numpy()).reshape(signal.shape)
         sites = signal.format.colour_index[None, :, :, None].astype(np.intp)
         mosaic = np.take_along_axis(image, sites, axis=3)[..., 0]
@@ -92,3 +100,11 @@ def _edge_aware(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any
     codes = np.clip(np.round(mosaic * scale), 0, 65535).astype(np.uint16)
     filled = cv2.cvtColor(codes, getattr(cv2, f"COLOR_BAYER_{cfa}2RGB_EA"))
     return np.asarray(filled, dtype=np.float32) / scale
+
+
+def _variable_gradients(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:
+    import cv2
+
+    codes = np.clip(np.round(mosaic), 0, 255).astype(np.uint8)
+    filled = cv2.cvtColor(codes, getattr(cv2, f"COLOR_BAYER_{cfa}2RGB_VNG"))
+    return np.asarray(filled, dtype=np.float32)
