@@ -24,13 +24,12 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from analysis.bias.rounding import ROUNDING_DN2
-from analysis.gap.calibrate.darks import darks_of
-from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.camera.base import Base
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.statistics.group import lagged
 from analysis.gap.ready.hints import HINT_FRAMES, Told
-from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
@@ -59,11 +58,7 @@ def filtered(setting: Setting) -> Told | None:
         setting: the capture.
     """
     lattices = setting.scenery.view.lattices
-    lit = [
-        stack
-        for stack in setting.capture.frames
-        if stack.shot.label in setting.plan.key and not stack.shot.dark
-    ]
+    lit = [stack for stack in setting.key_frames if not stack.shot.dark]
     coloured = setting.scenery.body.pixels == "rgb8"
     if not lit or (coloured and len(lattices) != MOSAIC):
         return None  # where nobody knows what was measured, filled-in colours agree anyway
@@ -75,9 +70,7 @@ def filtered(setting: Setting) -> Told | None:
     a, b = weights_of(float(straight.mean()), float(found[:, 2].mean()), coloured)
     if a <= 0:
         return None
-    fit_half, _ = halves(setting.seen)
-    dark = darks_of(fit_half, setting.scenery, setting.black_dn)
-    base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    _, base = by_moments(setting)
     left = [power_left(a, b, channel if coloured else "") for channel in base.channels]
     return Told(
         hints={

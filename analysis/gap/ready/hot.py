@@ -19,11 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
-from analysis.gap.calibrate.darks import darks_of
-from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.hints import HINT_FRAMES, Told
-from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
 from sensor.thermal import DOUBLING_C, thermal_growth
 
@@ -42,17 +41,11 @@ def hot(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    darks = [
-        stack
-        for stack in setting.capture.frames
-        if stack.shot.label in setting.plan.key and stack.shot.dark
-    ]
+    darks = [stack for stack in setting.key_frames if stack.shot.dark]
     if not darks:
         return None
     longest = max(darks, key=lambda stack: stack.shot.exposure_s)
-    fit_half, _ = halves(setting.seen)
-    dark = darks_of(fit_half, setting.scenery, setting.black_dn)
-    base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    _, base = by_moments(setting)
     gain = dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))
     found = leaking(longest, setting.scenery.view.lattices, gain)
     if found is None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
-from analysis.gap.calibrate.darks import darks_of
-from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.setting import Setting
 from sensor.colours import CHANNELS, Colours
 
 COLOURED = 0.15
@@ -26,11 +25,9 @@ def lit_room(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    fit_half, _ = halves(setting.seen)
-    if len(fit_half.channels) == 1:
+    if len(setting.seen.channels) == 1:
         return None
-    dark = darks_of(fit_half, setting.scenery, setting.black_dn)
-    base = first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    dark, base = by_moments(setting)
     longest_s = max((s.exposure_s for s in setting.scenery.shots if s.dark), default=0.0)
     rate = dark.mean_dn_per_s / base.gain_dn_per_e
     if (dark.mean_dn_per_s * longest_s).max() < SEEN_DN or rate.min() < 0:

@@ -54,6 +54,11 @@ class Setting:
     white_balance: WhiteBalance | None
     told: Mapping[str, Told]
 
+    @property
+    def key_frames(self) -> list[Frames]:
+        """The frames of the key shots."""
+        return [f for f in self.capture.frames if f.shot.label in self.plan.key]
+
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     """Everything that is known of a capture before any model; None where it has too few frames."""

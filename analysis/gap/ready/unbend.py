@@ -6,13 +6,12 @@ import dataclasses
 
 import numpy as np
 
-from analysis.gap.calibrate.darks import darks_of
-from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.setting import Setting, black_of_frames, halves
+from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.setting import Setting, black_of_frames
 from sensor.frames import Frames
 
 
@@ -29,13 +28,11 @@ def unbent(setting: Setting, told: Told) -> Base:
     exponent = told.hints["exponent"]
     assert isinstance(exponent, float), "a curve is the same in all colours"
     inverse = 1.0 / exponent
-    frames = [
-        _through(f, inverse) for f in setting.capture.frames if f.shot.label in setting.plan.key
-    ]
+    frames = [_through(f, inverse) for f in setting.key_frames]
     seen = observe((stack_of(f, setting.plan) for f in frames), setting.scenery.view)
-    fit_half, _ = halves(seen)
-    dark = darks_of(fit_half, setting.scenery, black_of_frames(frames))
-    return first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    straight = dataclasses.replace(setting, seen=seen, black_dn=black_of_frames(frames))
+    _, base = by_moments(straight)
+    return base
 
 
 def _through(frames: Frames, exponent: float) -> Frames:

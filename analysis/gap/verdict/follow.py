@@ -48,7 +48,7 @@ LEAST_PATCH_PX = 4.0
 
 def hints_of_frames(setting: Setting) -> Hints:
     """Where searches for a period should begin, whatever the model."""
-    stacks = [f for f in setting.capture.frames if f.shot.label in setting.plan.key]
+    stacks = setting.key_frames
     lattices = setting.scenery.view.lattices
     found = {"period_px": period_px(stacks, lattices), "mains_hz": mains_hz(stacks)}
     found["dwell_up_s"] = found["dwell_down_s"] = dwell_s(stacks, lattices)

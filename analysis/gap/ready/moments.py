@@ -1,0 +1,19 @@
+"""Where any search for a camera can begin: the base by moments of its frames."""
+
+from __future__ import annotations
+
+from analysis.gap.calibrate.darks import Darks, darks_of
+from analysis.gap.calibrate.first_guess import first_guess
+from analysis.gap.camera.base import Base
+from analysis.gap.ready.setting import Setting, halves
+
+
+def by_moments(setting: Setting) -> tuple[Darks, Base]:
+    """What the darks show, and the base, of the frames that fit.
+
+    Args:
+        setting: the capture.
+    """
+    fit_half, _ = halves(setting.seen)
+    dark = darks_of(fit_half, setting.scenery, setting.black_dn)
+    return dark, first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
