@@ -10,9 +10,10 @@ from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.darks import NODES, WEIGHTS, behind_rounding
 from analysis.gap.camera.light import Light
 from analysis.gap.camera.light_blocks import blocks_of, light_noise
+from analysis.gap.look import observe as looking
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, arithmetic_of, rules_of
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
-from analysis.gap.look.observe import View
+from analysis.gap.look.observe import Stack, View, observe
 from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.group import Group, crossed
 from analysis.gap.look.statistics.structure import columns, neighbours, rows, time
@@ -206,3 +207,30 @@ def test_a_stray_code_at_the_end_of_a_dark_changes_nothing() -> None:
     stray[0, 0, 0] = dark.max() + 1
     plain, other = (codes(Group(codes=dn, top_dn=255, lit=False)) for dn in (dark, stray))
     assert other == pytest.approx(plain, abs=0.01)
+
+
+def test_frames_that_were_looked_at_are_not_looked_at_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The same codes under the same label give the same figures without a second look; one other
+    code, or a lamp, does not."""
+    looks = []
+    one_lattice = looking._lattice
+    monkeypatch.setattr(
+        looking, "_lattice", lambda *known: looks.append(known) or one_lattice(*known)
+    )
+    lattices = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
+    view = View(lattices=lattices, frames=4, side=8, top_dn=255)
+    dn = np.random.default_rng(31).integers(90, 110, (4, 48, 64), dtype=np.uint8)
+
+    def seen(frames: np.ndarray, *, lit: bool) -> np.ndarray:
+        stack = Stack(label="one", lit=lit, groups=[frames], repeated=0.0)
+        return observe([stack], view).figures
+
+    first = seen(dn, lit=False)
+    assert np.array_equal(seen(dn.copy(), lit=False), first)
+    assert len(looks) == 1
+    dn[2, 20, 30] += 1
+    assert not np.array_equal(seen(dn, lit=False), first)
+    seen(dn, lit=True)
+    assert len(looks) == 3

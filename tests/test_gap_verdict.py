@@ -15,6 +15,7 @@ from analysis.gap.look.observe import Key
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.report import NO_GAP, GapReport
+from analysis.gap.verdict import conclude
 from analysis.gap.verdict.closing import accounts, left_as_they_were
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
@@ -165,6 +166,21 @@ def test_patterns_that_are_drawn_anew_are_named_together() -> None:
     alone = choose([candidate("adc_dnl", 200.0), candidate("large_scale_prnu", 20.0)])
     assert alone is not None
     assert alone.alike == ()
+
+
+def test_what_whole_codes_tell_stands_whatever_else_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A family as it was speaks against a fitted effect, and not against bits that are empty."""
+    monkeypatch.setattr(conclude, "untouched", lambda before, after: ("tails",))
+    lost, left = catalogue()["bit_truncation"](), catalogue()["vibration"]()
+
+    def of(*effects: Any) -> Any:
+        return SimpleNamespace(models=[SimpleNamespace(effects=effects)], measured=[None, None])
+
+    assert conclude.elsewhere(of(left), {"bit_truncation"})
+    assert conclude.elsewhere(of(lost), set())
+    assert not conclude.elsewhere(of(lost), {"bit_truncation"})
 
 
 def against(spread: float, seen: np.ndarray, gap: float, family: str) -> Any:

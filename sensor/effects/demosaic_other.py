@@ -28,7 +28,7 @@ class DemosaicOther(Effect):
         1: Malvar, a linear filter of 5 x 5 that takes gradients of the other colours along
         2: Menon, along the direction in which colour differences vary less, then refined
         3: OpenCV's edge-aware rule, along the smaller of two gradients
-        4: OpenCV's variable number of gradients, from all directions that vary little; 8 bits alone
+        4: OpenCV's variable number of gradients, from all directions that vary little
 
     Stands behind `demosaic`: measured samples pass that one unchanged, so they are taken from its
     result, filled in anew, and pass unchanged here too. Noise moves between the colours: Malvar's
@@ -66,12 +66,6 @@ class DemosaicOther(Effect):
         if self.algorithm == 0:
             return signal.replace(signal.value)
         fill = (_malvar, _menon, _edge_aware, _variable_gradients)[int(self.algorithm) - 1]
-        if fill is _variable_gradients and signal.format.bits != 8:
-            raise CameraError(
-                f"'demosaic_other' with algorithm 4 in a camera of {signal.format.bits} bits",
-                "expected 8 bits: OpenCV's variable number of gradients takes no others",
-                "choose algorithm 1, 2 or 3, or a camera of 8 bits",
-            )
         image = np.asarray(signal.value.numpy()).reshape(signal.shape)
         sites = signal.format.colour_index[None, :, :, None].astype(np.intp)
         mosaic = np.take_along_axis(image, sites, axis=3)[..., 0]
@@ -103,6 +97,7 @@ def _edge_aware(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any
 
 
 def _variable_gradients(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:
+    """OpenCV works on 8-bit codes here: no camera that fills in colours has more."""
     import cv2
 
     codes = np.clip(np.round(mosaic), 0, 255).astype(np.uint8)

@@ -26,8 +26,6 @@ from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
 from sensor.thermal import DOUBLING_C, thermal_growth
 
-Floats = NDArray[np.float64]
-
 STANDS_OUT = 8.0
 """Standard errors above its surroundings at which a sample leaks: no fixed pattern is as wide."""
 
@@ -41,7 +39,7 @@ def hot(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    darks = [stack for stack in setting.key_frames if stack.shot.dark]
+    darks = [s for s in setting.key_frames if s.shot.dark and s.shot.exposure_s > 0]
     if not darks:
         return None
     longest = max(darks, key=lambda stack: stack.shot.exposure_s)

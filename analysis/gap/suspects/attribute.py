@@ -22,6 +22,7 @@ from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.anew import MISFIT, anew
 from analysis.gap.suspects.likelihood import judged
 from analysis.gap.suspects.pursue import pursue
+from sensor.colours import Colours
 from sensor.effect import Effect
 
 ROUNDS = 2
@@ -64,12 +65,26 @@ def shows(
     found = []
     for kind in kinds:
         watch(kind.name)
-        hinted = {p.name: hints[p.name] for p in kind.parameters() if p.name in hints}
-        hinted |= told[kind.name].hints if kind.name in told else {}
+        hinted = in_range(kind, {**hints, **(told[kind.name].hints if kind.name in told else {})})
         for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
             shown = signature(effect, case.known)
             if shown is not None:
                 found.append(shown)
+    return found
+
+
+def in_range(kind: type[Effect], hints: Hints) -> dict[str, float | Colours]:
+    """What is hinted of an effect's parameters, as far as each may go: frames may say more.
+
+    Args:
+        kind: the effect.
+        hints: by name of the parameter; others are left out.
+    """
+    found: dict[str, float | Colours] = {}
+    for p in kind.parameters():
+        if p.name in hints:
+            value = hints[p.name]
+            found[p.name] = value.map(p.clipped) if isinstance(value, Colours) else p.clipped(value)
     return found
 
 

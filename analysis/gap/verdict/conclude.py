@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,13 +99,24 @@ def insufficient(trouble: str) -> GapReport:
     )
 
 
+def elsewhere(found: Trail, told: Collection[str]) -> bool:
+    """Whether something that is wrong beyond doubt is as it was, and speaks against the effects.
+
+    What whole codes tell is so, whatever else is wrong with the camera.
+
+    Args:
+        found: from the base camera to the last model.
+        told: names of the effects that whole codes tell.
+    """
+    if any(effect.name in told for effect in found.models[-1].effects):
+        return False
+    return bool(untouched(found.measured[0], found.measured[-1]))
+
+
 def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
-    # what whole codes tell is so, whatever else is wrong with the camera
-    certain = any(effect.name in setting.told for effect in found.models[-1].effects)
-    elsewhere = not certain and bool(untouched(found.measured[0], found.measured[-1]))
-    word = verdict(len(found.choices), gap, elsewhere)
+    word = verdict(len(found.choices), gap, elsewhere(found, setting.told))
     if word == "unexplained":
         found = found.first()
         gap = gap_of(found)
