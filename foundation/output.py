@@ -8,9 +8,9 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from foundation.cores import in_order
 from foundation.errors import OutputError
 from foundation.scratch import scratch
 
@@ -104,8 +104,7 @@ def write_checksums(folder: Path) -> None:
             known |= finished
             to_read.append(here / CHECKSUMS)
             folders.clear()
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        known |= zip(to_read, pool.map(sha256, to_read), strict=True)
+    known |= zip(to_read, in_order(sha256, to_read), strict=True)
     lines = [f"{known[path]}  {path.relative_to(folder).as_posix()}\n" for path in sorted(known)]
     own.write_text("".join(lines), encoding="utf-8")
 

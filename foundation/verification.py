@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from foundation.cores import in_order
 from foundation.errors import InputError
 from foundation.output import CHECKSUMS, LINE, sha256
 
@@ -53,15 +53,14 @@ def verify(folder: Path, progress: Callable[[int], None] = lambda files: None) -
     def of_file(name: str) -> str:
         return _sum_or_reason(present[name])
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for name, found in zip(checked, pool.map(of_file, checked), strict=True):
-            if found != expected[name]:
-                problems.append(
-                    (name, f"has sha256 {found}" if len(found) == 64 else found, expected[name])
-                )
-            else:
-                size += present[name].stat().st_size
-            progress(1)
+    for name, found in zip(checked, in_order(of_file, checked), strict=True):
+        if found != expected[name]:
+            problems.append(
+                (name, f"has sha256 {found}" if len(found) == 64 else found, expected[name])
+            )
+        else:
+            size += present[name].stat().st_size
+        progress(1)
     if problems:
         name, what, wanted = problems[0]
         others = f" ({len(problems) - 1} more files are amiss)" if len(problems) > 1 else ""

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import functools
 import importlib
-import itertools
-import os
 import pkgutil
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.source import Source
+from foundation.cores import in_order
 from foundation.errors import unknown
 from sensor.frames import Frames, Pixels
-
-Item = TypeVar("Item")
-Made = TypeVar("Made")
 
 BATCH_BYTES = 16 * 640 * 480 * 3
 """Frames are read, and stacks written, in pieces of about this size: 16 of the paper's frames."""
@@ -143,15 +138,6 @@ def pieces(frames: Frames) -> Iterator[tuple[int, NDArray[Any]]]:
     size = max(1, BATCH_BYTES // max(1, frames.dn[0].nbytes))
     for first in range(0, frames.count, size):
         yield first, np.ascontiguousarray(frames.dn[first : first + size])
-
-
-def in_order(make: Callable[[Item], Made], items: Iterable[Item]) -> Iterator[Made]:
-    """`make` of every item on all cores, in the order of the items, a few at a time."""
-    cores = os.cpu_count() or 1
-    waiting = iter(items)
-    with ThreadPoolExecutor(cores) as pool:
-        while batch := list(itertools.islice(waiting, 8 * cores)):
-            yield from pool.map(make, batch)
 
 
 def one_file_a_frame(

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.cores import in_order
 from sensor.demosaicers import colour_demosaicing
 from sensor.effect import Effect, Stage, parameter
 from sensor.errors import CameraError
@@ -71,8 +72,8 @@ class DemosaicOther(Effect):
         mosaic = np.take_along_axis(image, sites, axis=3)[..., 0]
         wide = np.pad(mosaic, ((0, 0), (_BORDER, _BORDER), (_BORDER, _BORDER)), mode="reflect")
         inner = slice(_BORDER, -_BORDER)
-        filled = [fill(frame, cfa, signal.format.bits)[inner, inner] for frame in wide]
-        return signal.from_numpy(np.stack(filled))
+        filled = in_order(lambda frame: fill(frame, cfa, signal.format.bits)[inner, inner], wide)
+        return signal.from_numpy(np.stack(list(filled)))
 
 
 Fill = Callable[[NDArray[np.float32], str, int], NDArray[Any]]

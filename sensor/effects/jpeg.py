@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.cores import in_order
 from sensor.effect import Effect, Stage, parameter
 from sensor.errors import CameraError
 from sensor.signal import Signal
@@ -65,7 +66,7 @@ class Jpeg(Effect):
                 "change 'pixels' and 'bits', or remove the effect",
             )
         codes = np.asarray(signal.value.numpy()).reshape(signal.shape).astype(np.uint8)
-        return signal.from_numpy(np.stack([self._there_and_back(frame) for frame in codes]))
+        return signal.from_numpy(np.stack(list(in_order(self._there_and_back, codes))))
 
     def _there_and_back(self, frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
         from PIL import Image
