@@ -45,7 +45,7 @@ def balanced(image: RateImage) -> NDArray[np.uint8]:
 def png(pixels: NDArray[np.uint8]) -> bytes:
     """Pixels (H, W) or (H, W, 3) as the bytes of a PNG file."""
     stream = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, format="png", optimize=True)
+    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, format="png")
     return stream.getvalue()
 
 

@@ -7,10 +7,6 @@ import pytest
 
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.hot import leaking
-from analysis.gap.suspects.attribute import in_range
-from sensor.colours import Colours
-from sensor.effects.ambient_light import AmbientLight
-from sensor.effects.hot_pixels import HotPixels
 from sensor.frames import Frames
 from sensor.protocol import Shot
 
@@ -61,12 +57,3 @@ def test_nothing_leaks_where_a_pattern_is_normal_or_noise_has_tails() -> None:
     flashes *= rng.uniform(size=flashes.shape) < 0.003
     moving = noise(11) + flashes
     assert leaking(dark(np.zeros_like(pattern), moving), GREY, {"Y": GAIN_DN_PER_E}) is None
-
-
-def test_frames_may_say_more_than_an_effect_can() -> None:
-    """A search begins at the end of the range then, colour by colour, and not with an error."""
-    said = {"density": 0.003, "rate_e_per_s": 5e6, "period_px": 9.0}
-    assert in_range(HotPixels, said) == {"density": 0.003, "rate_e_per_s": 1e6}
-    assert HotPixels(**in_range(HotPixels, said)).rate_e_per_s == 1e6  # type: ignore[arg-type]
-    room = in_range(AmbientLight, {"rate_e_per_s": Colours(R=-1.0, G=2.0, B=3.0)})
-    assert room == {"rate_e_per_s": Colours(R=0.0, G=2.0, B=3.0)}

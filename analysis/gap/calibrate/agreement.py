@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.look.kinds import kinds
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observe import Key, Observation
 
 Floats = NDArray[np.float64]
 
@@ -28,11 +28,24 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
     pairs = list(zip(before, after, strict=True))
     figures = np.array([(b.figures - a.figures).mean(axis=0) for a, b in pairs])
     means = np.array([(b.means - a.means).mean(axis=0) for a, b in pairs])
-    if len(pairs) == 1:
+    return agreed_of(figures, means, before[0].keys, before[0].lit)
+
+
+def agreed_of(
+    figures: Floats, means: Floats, keys: tuple[Key, ...], lit: frozenset[str]
+) -> tuple[Floats, Floats]:
+    """The same of differences that were taken before.
+
+    Args:
+        figures, means: differences, a row for each set of random numbers.
+        keys: of the figures.
+        lit: labels of the shots with a lamp on.
+    """
+    if len(figures) == 1:
         return figures[0], means[0]
-    mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(pairs)
+    mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(figures)
     drawn = np.zeros_like(mean)
-    for places in kinds(before[0].keys, before[0].lit):
+    for places in kinds(keys, lit):
         own, noise = mean[places], square[places]
         noise = (noise + BORROWED * noise.mean()) / (1 + BORROWED)
         ratio = np.square(own) / np.maximum(noise, 1e-300)

@@ -14,7 +14,12 @@ from numpy.typing import NDArray
 
 def repeats(dn: NDArray[Any]) -> NDArray[np.bool_]:
     """Which of (n, ...) frames equals the one before in every pixel; the first does not."""
-    return np.array([k > 0 and np.array_equal(dn[k], dn[k - 1]) for k in range(len(dn))])
+    return np.array([k > 0 and _same(dn[k], dn[k - 1]) for k in range(len(dn))])
+
+
+def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether two frames are equal; the first row of most tells that they are not."""
+    return np.array_equal(one[0], other[0]) and np.array_equal(one, other)
 
 
 def fresh(dn: NDArray[Any], frames: int) -> NDArray[Any]:

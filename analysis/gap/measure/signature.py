@@ -41,12 +41,14 @@ class Signature:
         effect: with its parameters.
         keys: of the figures.
         figures, means: differences from the base.
+        sets: of random numbers that agree on them.
     """
 
     effect: Effect
     keys: tuple[Key, ...]
     figures: Floats
     means: Floats
+    sets: int
 
     def on(self, keys: tuple[Key, ...]) -> Signature:
         """The same on the figures of another model; one that was not seen did not move."""
@@ -114,7 +116,9 @@ def signature(
         return None
     before = [known.references[seed] for seed in seeds]
     figures, means = agreed(before, after)
-    return Signature(effect=effect, keys=before[0].keys, figures=figures, means=means)
+    return Signature(
+        effect=effect, keys=before[0].keys, figures=figures, means=means, sets=len(after)
+    )
 
 
 def hold(shown: Signature, turned: Calibration, left: Floats) -> Evidence:

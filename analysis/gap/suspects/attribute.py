@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 
@@ -16,14 +15,12 @@ from analysis.gap.measure.signature import (
     response_of,
     scaled,
     signature,
-    starts,
 )
-from analysis.gap.ready.hints import Hints, Told
+from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.anew import MISFIT, anew
+from analysis.gap.suspects.first_look import WORTH_A_LOOK
 from analysis.gap.suspects.likelihood import judged
 from analysis.gap.suspects.pursue import pursue
-from sensor.colours import Colours
-from sensor.effect import Effect
 
 ROUNDS = 2
 """How often a suspect is simulated again at the strength that it seems to have."""
@@ -39,53 +36,7 @@ NEAR = 0.2
 RIVAL = 0.5
 """Part of the best score from which another one is its rival."""
 
-WORTH_A_LOOK = 6.0
-"""A suspect that takes less off chi-squared is not followed."""
-
-
 NOTHING_TOLD: Mapping[str, Told] = MappingProxyType({})
-
-
-def shows(
-    case: Case,
-    kinds: Iterable[type[Effect]],
-    hints: Hints,
-    told: Mapping[str, Told],
-    watch: Callable[[str], None] = lambda name: None,
-) -> list[Signature]:
-    """How every suspect would show at every strength and shape from which a search begins.
-
-    Args:
-        case: the capture.
-        kinds: the suspects.
-        hints: where the search for a parameter begins.
-        told: parameters that the frames tell, by name of the effect.
-        watch: told whose turn it is.
-    """
-    found = []
-    for kind in kinds:
-        watch(kind.name)
-        hinted = in_range(kind, {**hints, **(told[kind.name].hints if kind.name in told else {})})
-        for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
-            shown = signature(effect, case.known)
-            if shown is not None:
-                found.append(shown)
-    return found
-
-
-def in_range(kind: type[Effect], hints: Hints) -> dict[str, float | Colours]:
-    """What is hinted of an effect's parameters, as far as each may go: frames may say more.
-
-    Args:
-        kind: the effect.
-        hints: by name of the parameter; others are left out.
-    """
-    found: dict[str, float | Colours] = {}
-    for p in kind.parameters():
-        if p.name in hints:
-            value = hints[p.name]
-            found[p.name] = value.map(p.clipped) if isinstance(value, Colours) else p.clipped(value)
-    return found
 
 
 def attribute(
@@ -99,7 +50,7 @@ def attribute(
 
     Args:
         case: the capture.
-        shown: how the suspects show, here or at a model near this one; see `shows`.
+        shown: how the suspects show, here or at a model near this one; see `first_look`.
         told: suspects of which the frames tell parameters: they are followed in any case.
         watch: told whose turn it is.
     """

@@ -20,7 +20,8 @@ from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.ready.unbend import unbent
 from analysis.gap.suspects.anew import ANEW_STEPS
-from analysis.gap.suspects.attribute import at_first_sight, attribute, shows
+from analysis.gap.suspects.attribute import at_first_sight, attribute
+from analysis.gap.suspects.first_look import closer, shows
 from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, untouched
 from analysis.gap.verdict.conclude import TELLS_LITTLE, Trail
 from analysis.gap.verdict.verdict import (
@@ -126,6 +127,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
         shown += shows(now.case, again, {**of_frames, **hints}, told, tell)
+        shown = closer(now.case, shown, tell)
         candidates = attribute(now.case, shown, tell, told=told)
         first = first or candidates
         chances.append(both(now.whole.p_value, p_of_best(candidates)))
@@ -258,7 +260,8 @@ def _another(step: _Step, shown: Sequence[Signature], first: Candidate) -> bool:
     """
     known = {type(effect) for effect in step.model.effects}
     left = [one for one in shown if type(one.effect) not in known]
-    best = at_first_sight(step.left.case, left)
+    case = step.left.case
+    best = at_first_sight(case, closer(case, left, least=LEAST_OF_A_LATER))
     return best is not None and _deserves(best, first)
 
 

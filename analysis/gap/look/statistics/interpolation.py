@@ -25,20 +25,17 @@ def interpolation(dn: NDArray[Any], lattices: tuple[Lattice, ...], lit: bool) ->
         lit: whether a lamp was on.
     """
     colour = dn.ndim == 4
-    first, second = (
-        [plane.astype(np.float32) for plane in (cv2.split(frame) if colour else [frame])]
-        for frame in dn[:2]
-    )
-    green = first[1 if colour else 0]
-    found = {"grid of 8, across": _grid(green), "grid of 8, down": _grid(green.T)}
+    first, second = (cv2.split(frame) if colour else [frame] for frame in dn[:2])
+    green = np.ascontiguousarray(first[1 if colour else 0])
+    found = {"grid of 8, across": _grid(green), "grid of 8, down": _grid(cv2.transpose(green))}
     if not colour:
         return found
-    noise = [one - other for one, other in zip(first, second, strict=True)]
+    noise = [_less(one, other) for one, other in zip(first, second, strict=True)]
     if len(lattices) == 4:
         found |= _against_bilinear(first, noise, lattices)
     width = green.shape[1]
     for name, k in (("R", 0), ("B", 2)):
-        side = noise[k] - noise[1]
+        side = _less(noise[k], noise[1])
         v = lagged(side, 0)
         for lag in (1, 2, 4):
             found[f"colour noise {name}, across {lag}"] = safe_ratio(lagged(side, lag), v)
@@ -52,7 +49,7 @@ def interpolation(dn: NDArray[Any], lattices: tuple[Lattice, ...], lit: bool) ->
 
 
 def _against_bilinear(
-    planes: Sequence[NDArray[np.float32]],
+    planes: Sequence[NDArray[Any]],
     noise: Sequence[NDArray[np.float32]],
     lattices: tuple[Lattice, ...],
 ) -> dict[str, float]:
@@ -62,8 +59,8 @@ def _against_bilinear(
         if lattice.channel == "G":
             continue
         plane = planes["RGB".index(lattice.channel)]
-        own = plane[lattice.dy :: 2, lattice.dx :: 2]
-        between = plane[lattice.dy :: 2, 1 - lattice.dx :: 2]
+        rows = plane[lattice.dy :: 2].astype(np.float32)
+        own, between = rows[:, lattice.dx :: 2], rows[:, 1 - lattice.dx :: 2]
         left, right = (own[:, :-1], own[:, 1:])
         start = 0 if lattice.dx == 0 else 1
         at = between[:, start : start + left.shape[1]]
@@ -79,9 +76,13 @@ def _against_bilinear(
     return found
 
 
-def _grid(plane: NDArray[np.float32]) -> float:
+def _less(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.float32]:
+    return np.asarray(cv2.subtract(one, other, dtype=cv2.CV_32F), dtype=np.float32)
+
+
+def _grid(plane: NDArray[Any]) -> float:
     """Steps across the borders of 8 x 8 blocks over steps elsewhere, less 1."""
-    steps = np.abs(np.diff(plane, axis=1))
-    steps = np.minimum(steps, 8 * np.median(steps[::8, ::3]) + 4)
-    border = float(steps[:, 7::8].mean())
-    return safe_ratio(border, float(steps.mean())) - 1.0
+    steps = cv2.absdiff(plane[:, 1:], plane[:, :-1])
+    most = 8 * float(np.median(steps[::8, ::3])) + 4
+    by_column = cv2.reduce(cv2.min(steps, most), 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F)[0]
+    return safe_ratio(float(by_column[7::8].mean()), float(by_column.mean())) - 1.0

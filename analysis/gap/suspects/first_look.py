@@ -1,0 +1,138 @@
+"""How every suspect would show: all of them with one set of random numbers, some with a second.
+
+The difference of two twins with the same random numbers still has noise, and most suspects are out
+of the question with it as well as without. Held against a capture family by family, each with an
+amount of its own, a signature takes off at least what it would take off as a whole,
+
+    sum over families of (r_f . g_f)^2 / |r_f|^2  >=  (r . g)^2 / |r|^2,    by Cauchy and Schwarz,
+
+and noise in one family condemns no other. Only those that promise something by this bound are
+looked at once more, and keep what both looks agree on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+
+from analysis.gap.calibrate.agreement import agreed_of
+from analysis.gap.calibrate.fit import SEEDS, Fit
+from analysis.gap.measure.case import Case, vector
+from analysis.gap.measure.signature import Signature, signature, signed, starts
+from analysis.gap.ready.hints import Hints, Told
+from sensor.colours import Colours
+from sensor.effect import Effect
+
+Watch = Callable[[str], None]
+
+WORTH_A_LOOK = 6.0
+"""A suspect that takes less off chi-squared is not followed."""
+
+PROMISING = 0.05
+"""Part of the best promise that is worth a second look. One is followed from a fifth of the best
+score on; in seven captures the suspects with the five best scores promised a tenth or more."""
+
+
+def shows(
+    case: Case,
+    kinds: Iterable[type[Effect]],
+    hints: Hints,
+    told: Mapping[str, Told],
+    watch: Watch = lambda name: None,
+) -> list[Signature]:
+    """How every suspect would show at every strength and shape from which a search begins, by one
+    set of random numbers; see `closer`.
+
+    Args:
+        case: the capture.
+        kinds: the suspects.
+        hints: where the search for a parameter begins.
+        told: parameters that the frames tell, by name of the effect.
+        watch: told whose turn it is.
+    """
+    found = []
+    for kind in kinds:
+        watch(kind.name)
+        hinted = in_range(kind, {**hints, **(told[kind.name].hints if kind.name in told else {})})
+        for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
+            shown = signature(effect, case.known, seeds=SEEDS[:1])
+            if shown is not None:
+                found.append(shown)
+    return found
+
+
+def closer(
+    case: Case,
+    shown: Sequence[Signature],
+    watch: Watch = lambda name: None,
+    *,
+    least: float = WORTH_A_LOOK,
+) -> list[Signature]:
+    """The same signatures, those that promise something by both sets of random numbers.
+
+    Args:
+        case: the capture.
+        shown: signatures at this model or at one before it.
+        watch: told whose turn it is.
+        least: promise that a second look needs in any case.
+    """
+    keys = case.fitting.turned.space.keys
+    promised = [promise(case, one.on(keys)) for one in shown]
+    least = max(least, PROMISING * max(promised, default=0.0))
+    found = []
+    for one, much in zip(shown, promised, strict=True):
+        if much >= least and one.sets < len(SEEDS):
+            watch(one.effect.name)
+            one = confirmed(one, case.known)
+        found.append(one)
+    return found
+
+
+def promise(case: Case, shown: Signature) -> float:
+    """By how much chi-squared would fall if every family had its own amount of a signature."""
+    turned = case.fitting.turned
+    families, place = np.unique(case.fitting.spread.families, return_inverse=True)
+    remains = turned.left(vector(turned.space, shown))[: len(place)]
+    along = np.bincount(place, remains * case.fit_left[: len(place)], len(families))
+    norm = np.bincount(place, remains * remains, len(families))
+    if not signed(type(shown.effect)):
+        along = np.maximum(along, 0.0)
+    return float(np.sum(np.square(along) / np.maximum(norm, 1e-300)))
+
+
+def confirmed(first: Signature, known: Fit) -> Signature:
+    """What a second set of random numbers agrees on with the first.
+
+    Args:
+        first: by one set, at this model or at one before it.
+        known: the model.
+    """
+    second = signature(first.effect, known, seeds=SEEDS[1:])
+    if second is None:
+        return first
+    first = first.on(second.keys)
+    lit = known.references[SEEDS[0]].lit
+    figures, means = agreed_of(
+        np.array([first.figures, second.figures]),
+        np.array([first.means, second.means]),
+        second.keys,
+        lit,
+    )
+    return dataclasses.replace(second, figures=figures, means=means, sets=len(SEEDS))
+
+
+def in_range(kind: type[Effect], hints: Hints) -> dict[str, float | Colours]:
+    """What is hinted of an effect's parameters, as far as each may go: frames may say more.
+
+    Args:
+        kind: the effect.
+        hints: by name of the parameter; others are left out.
+    """
+    found: dict[str, float | Colours] = {}
+    for p in kind.parameters():
+        if p.name in hints:
+            value = hints[p.name]
+            found[p.name] = value.map(p.clipped) if isinstance(value, Colours) else p.clipped(value)
+    return found
