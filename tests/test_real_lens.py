@@ -30,10 +30,10 @@ from scenes.prescription import (
     prescription_names,
 )
 from scenes.ray_trace import Rays, trace
-from scenes.scene import Scene, load
+from scenes.scene import load
 from tests.harness import z_limit
+from tests.lens_bench import SIZE, batch, chief_by_search, in_chart, independent_ray
 
-SIZE = (160, 120)
 LENS = {name: dataclasses.replace(lens, transmission=0.9) for name, lens in LENSES.items()}
 
 IDEAL = """
@@ -48,69 +48,9 @@ surface = [
 """
 
 
-def _with(lens: Lens, size: tuple[int, int] = SIZE) -> Scene:
-    return dataclasses.replace(load("chart").with_size(*size), lens=lens)
-
-
 needs_jit = pytest.mark.skipif(
     not backend().jit, reason="real lenses are traced on LLVM and CUDA alone"
 )
-
-
-def _independent_ray(
-    lens: Lens, place: np.ndarray, way: np.ndarray, nm: float
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """A ray from behind a spherical lens to before it, written down anew: spheres by geometry,
-    refraction by Snell's angles in the plane of incidence. None where a rim stops it."""
-    body = mounted(lens)
-    index = [float(s.index_at(np.array(nm))) for s in body.surfaces]
-    for n in reversed(range(len(index))):
-        vertex = np.array([0.0, 0.0, body.vertex_m[n]])
-        if body.curvature_per_m[n] == 0:
-            place = place + way * (vertex[2] - place[2]) / way[2]
-            normal = np.array([0.0, 0.0, -1.0])
-        else:
-            radius = 1 / body.curvature_per_m[n]
-            centre = vertex + np.array([0.0, 0.0, radius])
-            along = (centre - place) @ way
-            off2 = ((centre - place) ** 2).sum() - along**2
-            if off2 > radius**2:
-                return None
-            roots = along + np.array([-1, 1]) * np.sqrt(radius**2 - off2)
-            points = place + roots[:, None] * way
-            place = points[np.abs(points[:, 2] - vertex[2]).argmin()]
-            normal = (place - centre) / radius
-        if np.hypot(*place[:2]) > body.rim_m[n]:
-            return None
-        before = index[n - 1] if n else 1.0
-        angle = np.arccos(np.clip(way @ normal, -1, 1))
-        sine = np.sin(angle) * index[n] / before
-        if sine > 1:
-            return None
-        if angle > 1e-12:
-            across = (way - np.cos(angle) * normal) / np.sin(angle)
-            way = np.sqrt(1 - sine**2) * normal + sine * across
-    return place, way
-
-
-def _batch(lens: Lens, nm: float, count: int = 300) -> tuple[Rays, Rays]:
-    body = mounted(lens)
-    rng = np.random.default_rng(5)
-    x, y = rng.uniform(-1.7e-3, 1.7e-3, (2, count))
-    aim = 1.1 * body.exit_pupil_radius_m * rng.uniform(-1, 1, (2, count))
-    way = np.stack([aim[0] - x, aim[1] - y, np.full(count, body.exit_pupil_m - body.detector_m)])
-    way *= -np.sign(way[2]) / np.linalg.norm(way, axis=0)
-    start = Rays(
-        x=x,
-        y=y,
-        z=np.full(count, body.detector_m),
-        dx=way[0],
-        dy=way[1],
-        dz=way[2],
-        alive=np.ones(count, bool),
-    )
-    with np.errstate(all="ignore"):
-        return start, trace(body, start, body.indices(np.array([nm])))
 
 
 @pytest.mark.parametrize("name", sorted(LENS))
@@ -124,12 +64,12 @@ def test_a_prescription_has_the_focal_length_of_its_patent(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(LENS))
 @pytest.mark.parametrize("nm", [450.0, 650.0])
 def test_every_ray_is_that_of_an_independent_tracer(name: str, nm: float) -> None:
-    start, end = _batch(LENS[name], nm)
+    start, end = batch(LENS[name], nm)
     alive = 0
     for n in range(start.x.size):
         place = np.array([start.x[n], start.y[n], start.z[n]])
         way = np.array([start.dx[n], start.dy[n], start.dz[n]])
-        found = _independent_ray(LENS[name], place, way, nm)
+        found = independent_ray(LENS[name], place, way, nm)
         assert (found is not None) == bool(end.alive[n])
         if found is not None:
             alive += 1
@@ -142,7 +82,7 @@ def test_every_ray_is_that_of_an_independent_tracer(name: str, nm: float) -> Non
 def test_near_the_axis_it_is_paraxial(name: str) -> None:
     """The chart's scale, the place of the entrance pupil, and the light on the axis."""
     lens = LENS[name]
-    body, scene = mounted(lens), _with(lens)
+    body, scene = mounted(lens), in_chart(lens)
     known = real_field(scene)
     assert known is not None
     colour = np.isclose(WAVELENGTHS_NM, 600)
@@ -161,7 +101,7 @@ def test_distortion_and_illumination_are_those_of_independent_rays(name: str) ->
     """At seven tenths of the corner: the chief ray by a search with the independent tracer, and
     the open pupil counted on a grid with it."""
     lens = LENS[name]
-    body, scene = mounted(lens), _with(lens)
+    body, scene = mounted(lens), in_chart(lens)
     known = field(lens, corner_m(scene))
     index = int(np.searchsorted(known.radius_m, 0.7 * corner_m(scene)))
     radius = known.radius_m[index]
@@ -170,7 +110,7 @@ def test_distortion_and_illumination_are_those_of_independent_rays(name: str) ->
     def shoot(px: float, py: float) -> tuple[np.ndarray, np.ndarray] | None:
         way = np.array([px + radius, py, reach])
         way *= -np.sign(reach) / np.linalg.norm(way)
-        return _independent_ray(lens, np.array([-radius, 0.0, body.detector_m]), way, 550.0)
+        return independent_ray(lens, np.array([-radius, 0.0, body.detector_m]), way, 550.0)
 
     side = np.linspace(-1.6, 1.6, 81) * body.exit_pupil_radius_m
     step = side[1] - side[0]
@@ -186,7 +126,7 @@ def test_distortion_and_illumination_are_those_of_independent_rays(name: str) ->
     assert total == pytest.approx(
         found, rel=4 * 0.5 * np.sqrt(2 * spread) * step**2 / (found * reach**2)
     )
-    chief = shoot(*_chief_by_search(lens, radius))
+    chief = shoot(*chief_by_search(lens, radius))
     assert chief is not None
     place, way = chief
     slope = -way[0] / way[2]
@@ -194,44 +134,6 @@ def test_distortion_and_illumination_are_those_of_independent_rays(name: str) ->
     height = place[0] + slope * (place[2] + 0.345)
     expected = (0.345 - known.crossing_m[index]) * known.slope[index]
     assert height == pytest.approx(expected, rel=1e-6)
-
-
-def _chief_by_search(lens: Lens, radius: float) -> tuple[float, float]:
-    """The pupil point whose ray passes the middle of the stop, by halving with open rims."""
-    body = mounted(lens)
-    behind = dataclasses.replace(
-        body,
-        vertex_m=body.vertex_m[body.stop :],
-        rim_m=np.full(len(body.surfaces) - body.stop, 1.0),
-        curvature_per_m=body.curvature_per_m[body.stop :],
-        conic=body.conic[body.stop :],
-        aspheric=body.aspheric[body.stop :],
-        ideal_focal_m=body.ideal_focal_m[body.stop :],
-        surfaces=body.surfaces[body.stop :],
-    )
-
-    def at_stop(px: float) -> float:
-        way = np.array([px + radius, 0.0, body.exit_pupil_m - body.detector_m])
-        way *= -np.sign(way[2]) / np.linalg.norm(way)
-        one = np.ones(1)
-        start = Rays(
-            x=-radius * one,
-            y=0 * one,
-            z=body.detector_m * one,
-            dx=way[0] * one,
-            dy=way[1] * one,
-            dz=way[2] * one,
-            alive=one > 0,
-        )
-        return float(trace(behind, start, behind.indices(np.array([550.0]))).x[0])
-
-    low, high = (side * body.exit_pupil_radius_m for side in (-0.6, 0.6))
-    sign = np.sign(at_stop(high) - at_stop(low))
-    assert at_stop(low) * at_stop(high) < 0
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (low, middle) if at_stop(middle) * sign > 0 else (middle, high)
-    return low, 0.0
 
 
 def test_glass_bends_as_its_formula_says() -> None:
@@ -323,7 +225,7 @@ def test_an_ideal_lens_is_the_thin_lens(tmp_path: Path) -> None:
 @needs_jit
 @pytest.mark.parametrize("name", sorted(LENS))
 def test_inside_panels_it_is_the_closed_form(name: str) -> None:
-    scene = _with(LENS[name])
+    scene = in_chart(LENS[name])
     refuse_impossible(scene)
     image, truth = (how.render(scene, "fluorescent") for how in (path_traced, closed_form))
     assert len(image.header.panels) == 24
@@ -339,7 +241,7 @@ def test_inside_panels_it_is_the_closed_form(name: str) -> None:
 @needs_jit
 def test_without_a_witness_it_is_the_same_light() -> None:
     """Nothing but traced rays and their weights, against the etendue of the tables."""
-    scene = _with(LENS["speed-panchro"], (96, 72))
+    scene = in_chart(LENS["speed-panchro"], (96, 72))
     plain = path_traced.render(scene, "incandescent", witness=False, samples=512)
     truth = closed_form.render(scene, "incandescent")
     limit = z_limit(3 * len(plain.header.panels))
@@ -354,7 +256,7 @@ def test_without_a_witness_it_is_the_same_light() -> None:
 
 @needs_jit
 def test_drawn_wavelengths_come_to_the_same() -> None:
-    scene = _with(LENS["speed-panchro"], (96, 72))
+    scene = in_chart(LENS["speed-panchro"], (96, 72))
     image = path_traced.render(scene, "incandescent", wavelengths="sampled", samples=288)
     truth = closed_form.render(scene, "incandescent")
     limit = z_limit(3 * len(image.header.panels))
@@ -370,7 +272,7 @@ def test_drawn_wavelengths_come_to_the_same() -> None:
 def test_the_scalar_backend_says_that_it_cannot(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CHOICE_VARIABLE, "scalar")
     with pytest.raises(RenderError, match="real lens on the scalar backend"):
-        path_traced.render(_with(LENS["flektagon"]), "fluorescent")
+        path_traced.render(in_chart(LENS["flektagon"]), "fluorescent")
 
 
 @pytest.mark.parametrize(
@@ -388,7 +290,7 @@ def test_the_scalar_backend_says_that_it_cannot(monkeypatch: pytest.MonkeyPatch)
 def test_a_lens_that_cannot_be_is_refused(changes: dict[str, Any], message: str) -> None:
     lens = dataclasses.replace(LENS["speed-panchro"], **changes)
     with pytest.raises(SceneError, match=message):
-        refuse_impossible(_with(lens))
+        refuse_impossible(in_chart(lens))
 
 
 @pytest.mark.parametrize(
@@ -408,7 +310,7 @@ def test_a_prescription_that_cannot_be_is_refused(
     lens = dataclasses.replace(LENS["flektagon"], prescription=str(tmp_path / "bad.toml"))
     mounted.cache_clear()
     with pytest.raises(InputError, match=message):
-        refuse_impossible(_with(lens))
+        refuse_impossible(in_chart(lens))
 
 
 def test_two_lenses_come_with_the_package() -> None:
