@@ -140,6 +140,19 @@ def pieces(frames: Frames) -> Iterator[tuple[int, NDArray[Any]]]:
         yield first, np.ascontiguousarray(frames.dn[first : first + size])
 
 
+def one_file_a_shot(
+    ending: str, save: Callable[[Path, Source, Frames], None]
+) -> Callable[[Path, Source], Iterator[FrameFile]]:
+    """A writer of captures from one that saves a shot, piece by piece: see `pieces`."""
+
+    def write(folder: Path, source: Source, frames: Frames) -> Iterator[FrameFile]:
+        name = f"{frames.shot.label}.{ending}"
+        kept = once(folder / name, lambda path: save(path, source, frames))
+        yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count, kept=kept)
+
+    return shot_by_shot(write)
+
+
 def one_file_a_frame(
     ending: str,
     save: Callable[[Path, Source, Frames, NDArray[Any]], None],

@@ -8,18 +8,10 @@ Reference: RFC 9043, FFV1 Video Coding Format Versions 0, 1 and 3.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
-from camtruth.exchange.format import (
-    EVERY_KIND,
-    Format,
-    FrameFile,
-    once,
-    pieces,
-    shot_by_shot,
-)
+from camtruth.exchange.format import EVERY_KIND, Format, one_file_a_shot, pieces
 from camtruth.exchange.library import library
 from camtruth.exchange.source import NOMINAL_INTERVAL_S, Source
 from sensor.frames import Frames
@@ -32,28 +24,22 @@ BIT_EXACT = {"fflags": "+bitexact"}
 """No date, no random identity, no program's name in the file."""
 
 
-def write(folder: Path, _: Source, frames: Frames) -> Iterator[FrameFile]:
+def save(path: Path, _: Source, frames: Frames) -> None:
     """Write a shot as a video; its clock is the shot's interval, or 1/15 s where none is known."""
     av = library("av", "to write FFV1 video")
-    name = f"{frames.shot.label}.mkv"
     interval = frames.shot.interval_s
     rate = 1 / (Fraction(interval).limit_denominator(100_000) if interval else NOMINAL_INTERVAL_S)
     given = "rgb24" if frames.demosaiced else "gray" if frames.dn.itemsize == 1 else "gray16le"
     stored = "bgr0" if frames.demosaiced else given
-
-    def make(path: Path) -> None:
-        with av.open(str(path), "w", format="matroska", container_options=BIT_EXACT) as file:
-            stream = file.add_stream("ffv1", rate=rate, options=OPTIONS)
-            stream.width, stream.height, stream.pix_fmt = frames.width, frames.height, stored
-            stream.codec_context.flags |= av.codec.context.Flags.bitexact
-            for _first, piece in pieces(frames):
-                for frame in piece:
-                    picture = av.VideoFrame.from_ndarray(frame, format=given)
-                    file.mux(stream.encode(picture.reformat(format=stored)))
-            file.mux(stream.encode(None))
-
-    kept = once(folder / name, make)
-    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count, kept=kept)
+    with av.open(str(path), "w", format="matroska", container_options=BIT_EXACT) as file:
+        stream = file.add_stream("ffv1", rate=rate, options=OPTIONS)
+        stream.width, stream.height, stream.pix_fmt = frames.width, frames.height, stored
+        stream.codec_context.flags |= av.codec.context.Flags.bitexact
+        for _first, piece in pieces(frames):
+            for frame in piece:
+                picture = av.VideoFrame.from_ndarray(frame, format=given)
+                file.mux(stream.encode(picture.reformat(format=stored)))
+        file.mux(stream.encode(None))
 
 
 FORMAT = Format(
@@ -62,6 +48,6 @@ FORMAT = Format(
     media_type="video/matroska",
     reading="import av; frames = [f.to_ndarray() for f in av.open(FILE).decode(video=0)]",
     pixels=EVERY_KIND,
-    write=shot_by_shot(write),
+    write=one_file_a_shot("mkv", save),
     stack="{label}.mkv",
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +9,7 @@ import numpy as np
 from astropy.io import fits
 from numpy.typing import NDArray
 
-from camtruth.exchange.format import (
-    EVERY_KIND,
-    Format,
-    FrameFile,
-    once,
-    pieces,
-    shot_by_shot,
-)
+from camtruth.exchange.format import EVERY_KIND, Format, one_file_a_shot, pieces
 from camtruth.exchange.source import Source
 from sensor.frames import Frames
 
@@ -73,20 +65,14 @@ def _stored(piece: NDArray[Any]) -> bytes:
     return (planes ^ np.uint16(SIGNED)).astype(">u2").tobytes()
 
 
-def write(folder: Path, source: Source, frames: Frames) -> Iterator[FrameFile]:
+def save(path: Path, source: Source, frames: Frames) -> None:
     """Write a shot, piece by piece, so that memory does not grow with the frames."""
-    name = f"{frames.shot.label}.fits"
-
-    def make(path: Path) -> None:
-        written = 0
-        with path.open("wb") as stream:
-            stream.write(header(source, frames).tostring().encode("ascii"))
-            for _, piece in pieces(frames):
-                written += stream.write(_stored(piece))
-            stream.write(bytes(-written % BLOCK))
-
-    kept = once(folder / name, make)
-    yield FrameFile(name=name, shot=frames.shot.label, first=0, count=frames.count, kept=kept)
+    written = 0
+    with path.open("wb") as stream:
+        stream.write(header(source, frames).tostring().encode("ascii"))
+        for _first, piece in pieces(frames):
+            written += stream.write(_stored(piece))
+        stream.write(bytes(-written % BLOCK))
 
 
 FORMAT = Format(
@@ -95,7 +81,7 @@ FORMAT = Format(
     media_type="image/fits",
     reading="from astropy.io import fits; frames = fits.getdata(FILE)",
     pixels=EVERY_KIND,
-    write=shot_by_shot(write),
+    write=one_file_a_shot("fits", save),
     stack="{label}.fits",
     native=True,
 )
