@@ -59,6 +59,19 @@ def test_a_comb_tells_the_black_level_that_a_gain_leaves_alone() -> None:
     assert found.about_black == 1.0
 
 
+def test_gains_of_finer_codes_are_read_where_each_colour_has_its_own() -> None:
+    """12 bits: a comb stands wherever a colour's codes are, far from zero and from the others."""
+    codes = np.random.default_rng(6).normal(2000, 80, (3, 500_000)).astype(int)
+    gains = {"R": 1.3, "G": 1.0, "B": 0.85}
+    counted = {
+        name: np.bincount(np.rint(gain * own).astype(int), minlength=4096).astype(float)
+        for (name, gain), own in zip(gains.items(), codes, strict=True)
+    }
+    found = white_balance(counted)
+    assert found is not None
+    assert (found.red_gain, found.blue_gain) == (1.3, 0.85)
+
+
 def test_gains_before_the_converter_leave_no_comb() -> None:
     """The impostor: the same gains on the signal in fractions, or all colours in other steps."""
     rng = np.random.default_rng(5)

@@ -34,6 +34,12 @@ LEAST_COUNT = 40
 
 LEAST_CODES = 30
 
+WINDOWED = 512
+"""Of finer codes so many are looked at for a gain, which shows in every dozen of them."""
+
+STEP = 64
+"""Such windows begin at multiples of this, so that channels have most of them in common."""
+
 GAINS = np.round(np.arange(0.67, 2.0, 5e-4), 4)
 OFFSETS = np.arange(0.0, 2.0, 0.1)
 EXPONENTS = np.round(np.arange(0.3, 2.0, 2e-4), 4)
@@ -79,7 +85,7 @@ def white_balance(counts: Mapping[str, Floats]) -> WhiteBalance | None:
     """
     if set(counts) != set(CHANNELS):
         return None
-    found = {channel: _gain_of(one) for channel, one in counts.items()}
+    found = _gains_of(counts)
     # where green has a comb as well, all codes are counted in other steps
     if found["G"] is not None or (found["R"] is None and found["B"] is None):
         return None
@@ -87,20 +93,43 @@ def white_balance(counts: Mapping[str, Floats]) -> WhiteBalance | None:
     return WhiteBalance(red_gain=red[0], blue_gain=blue[0], about_black=float(red[1] or blue[1]))
 
 
-def _gain_of(counts: Floats) -> tuple[float, bool] | None:
-    """Gain of a histogram, and whether it leaves a black level alone; None without a comb."""
-    codes = np.arange(len(counts))[:, None]
-    found = [(*_fitting(counts, GAINS, codes * GAINS + at), at) for at in OFFSETS]
+def _gains_of(counts: Mapping[str, Floats]) -> dict[str, tuple[float, bool] | None]:
+    """Gain of each histogram, and whether it leaves a black level alone; None without a comb."""
+    first = {channel: _first(one) for channel, one in counts.items()}
+    teeth = {channel: _teeth(one[first[channel] :][:WINDOWED]) for channel, one in counts.items()}
+    found: dict[str, list[tuple[float, float, float]]] = {channel: [] for channel in counts}
+    for low in {first[channel] for channel, one in teeth.items() if one is not None}:
+        size = min(WINDOWED, max(map(len, counts.values())) - low)
+        whole = np.floor(low / GAINS) + np.arange(2 * size if low else size)[:, None]
+        for at in OFFSETS:
+            combs = _combs(whole * GAINS + at - low, size)
+            for channel, one in teeth.items():
+                if one is not None and first[channel] == low:
+                    found[channel].append((*_fitting(one, GAINS, combs), float(at)))
+    return {channel: _roundest_pair(one) if one else None for channel, one in found.items()}
+
+
+def _first(counts: Floats) -> int:
+    """Where to look in a histogram: at all of few codes, of many from the first frequent one."""
+    often = np.flatnonzero(counts > LEAST_COUNT)
+    if len(counts) <= WINDOWED or len(often) == 0:
+        return 0
+    return min(int(often[0]), len(counts) - WINDOWED) // STEP * STEP
+
+
+def _roundest_pair(found: Sequence[tuple[float, float, float]]) -> tuple[float, bool] | None:
+    """Of likeness, gain and offset the gain that fits, and whether there is an offset.
+
+    A little more gain is a little less offset: the roundest pair of those that fit alike.
+    """
     best = max(alike for alike, _, _ in found)
     if best < ALIKE:
         return None
-    # a little more gain is a little less offset: the roundest pair of those that fit alike
-    alike = [
+    _, off_zero, gain = min(
         (len(f"{gain:g}"), not _nothing(at, gain), gain)
         for one, gain, at in found
         if one > best - SLACK
-    ]
-    _, off_zero, gain = min(alike)
+    )
     return gain, off_zero
 
 
@@ -120,33 +149,53 @@ def exponent(counts: Mapping[str, Floats]) -> float | None:
     if len(whole) > MOST_CODES:
         return None
     top = len(whole) - 1
+    teeth = _teeth(whole)
+    if teeth is None:
+        return None
     codes = np.arange(len(whole))[:, None]
-    alike, found = _fitting(whole, EXPONENTS, top * (codes / top) ** EXPONENTS)
+    alike, found = _fitting(teeth, EXPONENTS, _combs(top * (codes / top) ** EXPONENTS, len(whole)))
     return found if alike > BENT_ALIKE else None
 
 
-def _fitting(counts: Floats, figures: Floats, curves: Floats) -> tuple[float, float]:
+Teeth = tuple[NDArray[np.intp], Floats]
+"""Codes away from the ends of a histogram, and how much they differ from their surroundings."""
+
+
+def _teeth(counts: Floats) -> Teeth | None:
+    """What is uneven in a histogram, (codes,); None where it has too few codes to tell."""
+    smooth = ndimage.uniform_filter1d(counts, WINDOW, mode="constant")
+    # the ends have slopes of their own
+    at = np.flatnonzero(ndimage.minimum_filter1d(smooth, WINDOW) > LEAST_COUNT)
+    if len(at) < LEAST_CODES:
+        return None
+    seen = counts[at] / smooth[at]
+    return at, np.clip(seen - seen.mean(), -1.0, 1.0)
+
+
+def _combs(curves: Floats, size: int) -> Floats:
+    """How often each code is hit, over how often those around it are, (size, n).
+
+    Args:
+        curves: what becomes of each whole code, (codes, n).
+        size: number of codes; what is beyond is clipped.
+    """
+    count = curves.shape[1]
+    places = np.clip(np.rint(curves), 0, size - 1).astype(np.int64) + size * np.arange(count)
+    taken = np.bincount(places.ravel(), minlength=size * count).reshape(count, size).T
+    around = ndimage.uniform_filter1d(taken.astype(np.float64), WINDOW, axis=0)
+    return np.asarray(taken / np.maximum(around, 1e-9))
+
+
+def _fitting(teeth: Teeth, figures: Floats, combs: Floats) -> tuple[float, float]:
     """The figure whose comb is most like a histogram: how much, and which.
 
     Args:
-        counts: (codes,).
-        figures: one for each curve, (n,).
-        curves: what becomes of each whole code, (codes, n).
+        teeth: of the histogram.
+        figures: one for each comb, (n,).
+        combs: see `_combs`, (codes, n).
     """
-    smooth = ndimage.uniform_filter1d(counts, WINDOW, mode="constant")
-    # away from the ends, where a histogram has slopes of its own
-    at = np.flatnonzero(ndimage.minimum_filter1d(smooth, WINDOW) > LEAST_COUNT)
-    if len(at) < LEAST_CODES:
-        return 0.0, 1.0
-    size = len(counts)
-    places = np.clip(np.rint(curves), 0, size - 1).astype(np.int64) + size * np.arange(len(figures))
-    taken = np.bincount(places.ravel(), minlength=curves.size).reshape(len(figures), size).T
-    comb = taken / np.maximum(
-        ndimage.uniform_filter1d(taken.astype(np.float64), WINDOW, axis=0), 1e-9
-    )
-    comb = comb[at] - comb[at].mean(axis=0)
-    seen = counts[at] / smooth[at]
-    seen = np.clip(seen - seen.mean(), -1.0, 1.0)
+    at, seen = teeth
+    comb = combs[at] - combs[at].mean(axis=0)
     norm = np.sqrt(np.square(comb).sum(axis=0) * np.square(seen).sum())
     likeness = np.where(np.abs(figures - 1) > NEAR, seen @ comb / np.maximum(norm, 1e-9), 0.0)
     return float(likeness.max()), _roundest(figures[likeness > likeness.max() - SLACK])
