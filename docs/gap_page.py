@@ -16,6 +16,7 @@ from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     LEAST_SHRINK,
     MARGIN,
+    MARGIN_OF_SCORE,
     SIGNIFICANCE,
 )
 from analysis.gap_bench.count import lines
@@ -35,6 +36,7 @@ FIGURES = {
     "SIGNIFICANCE": f"{SIGNIFICANCE:g}",
     "LEAST_SCORE": f"{LEAST_SCORE:g}",
     "MARGIN": f"{MARGIN:g}",
+    "MARGIN_OF_SCORE": f"{100 * MARGIN_OF_SCORE:g} %",
     "CLASS_SIZE": f"{CLASS_SIZE}",
     "MOST_EFFECTS": f"{MOST_EFFECTS}",
     "LEAST_SHRINK": f"{100 * LEAST_SHRINK:g} %",

@@ -21,6 +21,7 @@ from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
     SEPARATED_BY,
+    Choice,
     both,
     choose,
     next_capture,
@@ -111,6 +112,20 @@ def test_suspects_within_the_margin_are_named_together() -> None:
     assert found is not None
     assert [c.name for c in found.alike] == ["temporal_filter"]
     assert found.probability < 0.7
+
+
+def test_suspects_within_a_tenth_of_a_large_score_are_named_together() -> None:
+    """Signatures are right to a few hundredths, so that 15 in 227 is no reason, and 40 is one."""
+
+    def of(second: float) -> Choice:
+        found = choose([candidate("crosstalk", 227.0), candidate("image_lag", second)])
+        assert found is not None
+        return found
+
+    assert [c.name for c in of(212.0).alike] == ["image_lag"]
+    assert of(212.0).probability < 0.9
+    assert of(187.0).alike == ()
+    assert of(187.0).probability > 0.98
 
 
 def test_a_crowd_is_no_answer() -> None:

@@ -195,8 +195,7 @@ def _confirmed(
     if later and (by_width or little):
         return None
     fits = left.whole.p_value >= SIGNIFICANCE
-    named = choose(candidates, fits) or choice
-    step = _Step(choice=named, model=added, left=left, ends=fits)
+    step = _Step(choice=choice, model=added, left=left, ends=fits)
     if later or (fits and not by_width):
         return step
     # where the best is wrong beyond doubt, a rival may leave a little
@@ -206,7 +205,7 @@ def _confirmed(
         instead, left_by_it = _with_it(setting, model, other)
         closes = left_by_it.whole.p_value >= enough and left_by_it.held.total > TOO_WIDE
         if closes and accounts(other, now, left_by_it):
-            return _Step(choice=named.instead(other), model=instead, left=left_by_it, ends=True)
+            return _Step(choice=choice.instead(other), model=instead, left=left_by_it, ends=True)
     return None if by_width else step
 
 
