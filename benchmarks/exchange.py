@@ -9,7 +9,6 @@ one thread on loopback; the same bytes.
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
@@ -30,6 +29,7 @@ from camtruth.dataset.spec import read_spec
 from camtruth.exchange.export import export, prepare
 from camtruth.exchange.format import formats
 from camtruth.exchange.source import Source, read_source
+from foundation.cores import cores
 from foundation.output import new_folder
 from sensor.camera_file import load
 from sensor.capture_folder import write_capture
@@ -193,17 +193,17 @@ size = [320, 240]
 
 
 def _cluster() -> Iterator[tuple[str, float, float | None]]:
-    cores = os.cpu_count() or 1
+    count = cores()
     took, rss = {}, 0.0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for bodies in (4, 24):
+        for bodies in (16, 72):
             (folder / f"{bodies}.toml").write_text(SPEC.format(bodies=bodies), encoding="utf-8")
         for workers in (1, 2):
             home = folder / f"cluster-{workers}"
             home.mkdir()
             with two_workers(home, workers) as cluster:
-                warm, real = (plan(read_spec(folder / f"{bodies}.toml")) for bodies in (4, 24))
+                warm, real = (plan(read_spec(folder / f"{bodies}.toml")) for bodies in (16, 72))
                 make(home / "warm", warm, scheduler=cluster.address)
                 started = time.perf_counter()
                 make(home / "set", real, scheduler=cluster.address)
@@ -211,9 +211,9 @@ def _cluster() -> Iterator[tuple[str, float, float | None]]:
                 rss = max([rss, *(_resident_mb(worker) for worker in cluster.workers)])
     what = (
         f"faster with two workers than with one: {real.frames / took[2]:.0f} frames/s against"
-        f" {real.frames / took[1]:.0f}, on {cores} cores"
+        f" {real.frames / took[1]:.0f}, on {count} cores"
     )
-    yield what, took[1] / took[2], FASTER if cores >= 2 else None
+    yield what, took[1] / took[2], FASTER if count >= 2 else None
     if rss:
         yield f"times a worker's memory ({rss:.0f} MB) in 1 GB", MOST_MB / rss, 1.0
 

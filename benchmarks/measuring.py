@@ -15,7 +15,7 @@ from analysis.methods import method, method_names
 from analysis.study.cell import Plan, run_case
 from analysis.study.design import cases
 from analysis.study.run import METHODS
-from foundation.jobs import cores
+from foundation.cores import cores
 from sensor.record import record
 
 PROMISED_S = 1.0

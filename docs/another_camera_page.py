@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from docs.examples.another_camera import FAULTS
-from foundation.jobs import cores
+from foundation.cores import cores
 from foundation.output import new_file
 
 CAMTRUTH = Path(sys.executable).with_name("camtruth")

@@ -30,13 +30,13 @@ import contextlib
 import functools
 import importlib.metadata
 import logging
-import os
 import uuid
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from foundation.backend import backend
+from foundation.cores import cores, keep_to
 from foundation.errors import InputError
 from foundation.journal import Journal, put_in_order
 
@@ -72,11 +72,6 @@ QUIET = {
 
 class JobError(InputError):
     """The workers cannot do what they are asked."""
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run(
@@ -270,11 +265,10 @@ def _checked(
 
 @functools.cache
 def _keep_to_own_cores() -> None:
-    """In a worker's process, let kernels use as many cores as the worker was given threads."""
-    import drjit
+    """In a worker's process, use as many cores as the worker was given threads."""
     from distributed import get_worker
 
-    drjit.set_thread_count(get_worker().state.nthreads)
+    keep_to(get_worker().state.nthreads)
 
 
 def fingerprint() -> dict[str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -22,6 +21,7 @@ from analysis.gap.look.statistics.spectrum import spectrum
 from analysis.gap.look.statistics.structure import columns, frames, neighbours, rows, tails, time
 from analysis.gap.look.statistics.surface import surface
 from analysis.gap.look.statistics.transfer import level, transfer
+from foundation.cores import cores
 
 Floats = NDArray[np.float64]
 
@@ -142,7 +142,7 @@ REPEATED = "repeated frames"
 
 @functools.cache
 def _cores() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(os.cpu_count())
+    return ThreadPoolExecutor(cores())
 
 
 def observe(stacks: Iterable[Stack], view: View) -> Observation:

@@ -1,0 +1,38 @@
+"""Work on every core: in order, on no more cores than the process was given."""
+
+from __future__ import annotations
+
+import threading
+
+import drjit
+import pytest
+
+from foundation import cores
+
+
+@pytest.mark.parametrize("given", [1, 3])
+def test_work_keeps_to_the_cores_that_were_given(
+    given: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So many threads at once, kernels as well; and results in the order of the items."""
+    told: list[int] = []
+    monkeypatch.setattr(drjit, "set_thread_count", told.append)
+    monkeypatch.setattr(cores, "_given", [])
+    assert cores.cores() >= 1
+    cores.keep_to(given)
+    assert (cores.cores(), told) == (given, [given])
+    lock, now, most = threading.Lock(), 0, 0
+    together = threading.Barrier(given, timeout=20)
+
+    def work(item: int) -> int:
+        nonlocal now, most
+        with lock:
+            now += 1
+            most = max(most, now)
+        together.wait()  # broken unless so many run at once
+        with lock:
+            now -= 1
+        return item * item
+
+    assert list(cores.in_order(work, range(6 * given))) == [k * k for k in range(6 * given)]
+    assert most == given
