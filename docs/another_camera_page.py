@@ -53,7 +53,13 @@ def answered(fault: str, strength: float, seed: int) -> dict[str, Any]:
     found = json.loads(report.read_text(encoding="utf-8"))
     return {"fault": fault, "verdict": found["verdict"], "effects": found["effects"],
             "p_before": found["gap"]["p_value_before"], "p_after": found["gap"]["p_value_after"],
-            "seconds": found["seconds"]}  # fmt: skip
+            "lead": lead(found["candidates"]), "seconds": found["seconds"]}  # fmt: skip
+
+
+def lead(candidates: Sequence[Mapping[str, Any]]) -> float:
+    """By what part of its score the best suspect is ahead of the next."""
+    scores = sorted((one["score"] for one in candidates), reverse=True)
+    return (scores[0] - scores[1]) / scores[0] if len(scores) > 1 and scores[0] > 0 else 0.0
 
 
 def _run(*words: object) -> None:
@@ -81,14 +87,15 @@ def _names(effect: Mapping[str, Any]) -> set[str]:
 def table(answers: Sequence[Mapping[str, Any]]) -> str:
     """One line for each fault."""
     lines = [
-        "| fault | | verdict | named | p of what is left | seconds |",
-        "|---|---|---|---|---|---|",
+        "| fault | | verdict | named | ahead of the next by | p of what is left | seconds |",
+        "|---|---|---|---|---|---|---|",
     ]
     for one in answers:
         names = ", ".join(_told(effect) for effect in one["effects"]) or "–"
+        ahead = f"{one['lead']:.1%}" if one["effects"] else "–"
         lines.append(
             f"| `{one['fault']}` | {mark(one)} | {one['verdict']} | {names} |"
-            f" {one['p_after']:.2g} | {one['seconds']:.0f} |"
+            f" {ahead} | {one['p_after']:.2g} | {one['seconds']:.0f} |"
         )
     return "\n".join(lines) + "\n"
 

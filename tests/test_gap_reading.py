@@ -59,9 +59,10 @@ def test_a_comb_tells_the_black_level_that_a_gain_leaves_alone() -> None:
     assert found.about_black == 1.0
 
 
-def test_gains_of_finer_codes_are_read_where_each_colour_has_its_own() -> None:
-    """12 bits: a comb stands wherever a colour's codes are, far from zero and from the others."""
-    codes = np.random.default_rng(6).normal(2000, 80, (3, 500_000)).astype(int)
+@pytest.mark.parametrize(("low", "high"), [(0, 800), (1600, 2400)])
+def test_gains_of_finer_codes_are_read_where_each_colour_has_its_own(low: int, high: int) -> None:
+    """12 bits: a comb stands wherever a colour's codes are, from zero on or far from it."""
+    codes = np.random.default_rng(6).integers(low, high, (3, 500_000))
     gains = {"R": 1.3, "G": 1.0, "B": 0.85}
     counted = {
         name: np.bincount(np.rint(gain * own).astype(int), minlength=4096).astype(float)

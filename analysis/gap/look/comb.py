@@ -99,8 +99,9 @@ def _gains_of(counts: Mapping[str, Floats]) -> dict[str, tuple[float, bool] | No
     teeth = {channel: _teeth(one[first[channel] :][:WINDOWED]) for channel, one in counts.items()}
     found: dict[str, list[tuple[float, float, float]]] = {channel: [] for channel in counts}
     for low in {first[channel] for channel, one in teeth.items() if one is not None}:
-        size = min(WINDOWED, max(map(len, counts.values())) - low)
-        whole = np.floor(low / GAINS) + np.arange(2 * size if low else size)[:, None]
+        size = min(WINDOWED, len(counts["G"]) - low)
+        # a gain below 1 fills a window from more codes than it has, if there are more
+        whole = np.floor(low / GAINS) + np.arange(min(2 * size, len(counts["G"])))[:, None]
         for at in OFFSETS:
             combs = _combs(whole * GAINS + at - low, size)
             for channel, one in teeth.items():

@@ -25,14 +25,12 @@ from analysis.gap.ready.hints import Hints, Told
 from sensor.colours import Colours
 from sensor.effect import Effect
 
-Watch = Callable[[str], None]
-
 WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
 
 PROMISING = 0.05
-"""Part of the best promise that is worth a second look. One is followed from a fifth of the best
-score on; in seven captures the suspects with the five best scores promised a tenth or more."""
+"""Part of the best promise that is worth a second look: a suspect is a finalist from a fifth of the
+best score on (`attribute.NEAR`), which leaves room for the noise of one set."""
 
 
 def shows(
@@ -40,7 +38,7 @@ def shows(
     kinds: Iterable[type[Effect]],
     hints: Hints,
     told: Mapping[str, Told],
-    watch: Watch = lambda name: None,
+    watch: Callable[[str], None] = lambda name: None,
 ) -> list[Signature]:
     """How every suspect would show at every strength and shape from which a search begins, by one
     set of random numbers; see `closer`.
@@ -66,7 +64,7 @@ def shows(
 def closer(
     case: Case,
     shown: Sequence[Signature],
-    watch: Watch = lambda name: None,
+    watch: Callable[[str], None] = lambda name: None,
     *,
     least: float = WORTH_A_LOOK,
 ) -> list[Signature]:
