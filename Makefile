@@ -32,9 +32,10 @@ bench: $(READY)  ## speeds as ratios in one run
 # About a minute a case on a core: what is done is kept, and the next run goes on from there.
 # Other options by hand: python -m analysis.gap_bench run --help
 MINUTES ?= 600
-bench-gap: $(READY)  ## the diagnosis, measured: cases for MINUTES, then the table (goes on)
-	$(BIN)/python -m analysis.gap_bench run --minutes $(MINUTES)
-	$(BIN)/python -m analysis.gap_bench publish
+SEED ?= 0
+bench-gap: $(READY)  ## the diagnosis, measured: cases of SEED for MINUTES, then the table
+	$(BIN)/python -m analysis.gap_bench run --seed $(SEED) --minutes $(MINUTES)
+	$(BIN)/python -m analysis.gap_bench publish --seed $(SEED)
 
 # Hours on a few cores: what is done is kept, and the next run goes on from there.
 bias: $(READY)  ## the long runs behind docs/bias.md: docs/results/ (go on where they stopped)

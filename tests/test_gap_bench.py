@@ -96,6 +96,9 @@ def test_cases_are_all_there_once_and_any_beginning_is_a_fair_sample() -> None:
     every = list(all_cases().values())
     assert list(all_cases()) == [case.key for case in every]
     assert len({case.number for case in every}) == len(every)
+    others = all_cases(bench_seed=1)
+    assert list(others) != [case.key for case in every]
+    assert not {case.number for case in every} & {case.number for case in others.values()}
     kinds = [case.kind for case in every]
     assert kinds.count("null") == NULLS
     assert kinds.count("pair") == PAIRS
@@ -298,7 +301,7 @@ def test_a_run_that_was_stopped_goes_on(place: Place) -> None:
     assert asked == [9, 9]
     assert [r["named"][0]["name"] for r in rows] == ["gamma", "gamma"]
     assert read_results(place.results) == rows
-    assert latest(place.out, place.size) == place.results
+    assert latest(place) == place.results
     assert code() in place.results.name
     assert read_limits(place.limits) == LIMITS
     assert lines(rows, LIMITS)[0].found == Share(hits=2, cases=2)

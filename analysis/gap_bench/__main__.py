@@ -37,6 +37,7 @@ def main() -> int:
     parser.add_argument("--width", type=int, default=USUAL.width)
     parser.add_argument("--height", type=int, default=USUAL.height)
     parser.add_argument("--frames", type=int, default=USUAL.frames)
+    parser.add_argument("--seed", type=int, default=USUAL.seed, help="of cameras, noise and order")
     parser.add_argument("--cases", type=int, help="only the first so many")
     parser.add_argument("--kind", choices=["null", "effect", "withheld", "pair"])
     parser.add_argument("--minutes", type=float, help="begin no case after so many")
@@ -46,7 +47,11 @@ def main() -> int:
     parser.add_argument("--results", type=Path, help="file of cases; the latest by default")
     options = parser.parse_args()
     place = Place(
-        out=options.out, width=options.width, height=options.height, frames=options.frames
+        out=options.out,
+        width=options.width,
+        height=options.height,
+        frames=options.frames,
+        seed=options.seed,
     )
     try:
         if options.what in ("run", "limits"):
@@ -63,7 +68,7 @@ def main() -> int:
         if options.what == "limits":
             print(limits_table(read_limits(place.limits)))
         else:
-            show(place, options.results or latest(place.out, place.size), options.what == "publish")
+            show(place, options.results or latest(place), options.what == "publish")
     except InputError as error:
         print(f"bench: error: {error}", file=sys.stderr)
         return 2
@@ -97,6 +102,7 @@ def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, A
         "commit": commit,
         "diagnosis": name.rpartition("-")[2],
         "size": place.size,
+        "seed": place.seed,
         "planned": len(all_cases()),
         "limits": {key: dataclasses.asdict(limit) for key, limit in limits.items()},
         "rows": rows,

@@ -2,7 +2,7 @@
 
     light-160x120/rate-<lamp>.exr        rendered once
     limits-160x120x24.json               once for each size
-    cases-160x120x24-<code>.jsonl        one line a case; <code> changes with the diagnosis
+    cases-160x120x24-seed0-<code>.jsonl  one line a case; <code> changes with the diagnosis
 
 Results of two versions of the diagnosis never stand in one file.
 """
@@ -48,12 +48,13 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """Where a bench lies, and how large its captures are."""
+    """Where a bench lies, how large its captures are, and which cameras it draws."""
 
     out: Path
     width: int = 160
     height: int = 120
     frames: int = 24
+    seed: int = 0
 
     @property
     def size(self) -> str:
@@ -63,7 +64,7 @@ class Place:
     @property
     def results(self) -> Path:
         """The file of the cases, for the code that stands here."""
-        return self.out / f"cases-{self.size}-{code()}.jsonl"
+        return self.out / f"cases-{self.size}-seed{self.seed}-{code()}.jsonl"
 
     @property
     def limits(self) -> Path:
@@ -179,7 +180,7 @@ def run_bench(
         unfitted=unfitted,
         diagnosis=diagnosis,
     )
-    chosen = all_cases()
+    chosen = all_cases(bench_seed=place.seed)
     if kind is not None:
         chosen = {key: case for key, case in chosen.items() if case.kind == kind}
     keys = list(chosen)[:count]
@@ -206,7 +207,7 @@ def run_bench(
             scheduler=scheduler,
             threads=threads,
             journal=place.results,
-            question=f"gap bench {place.size}",
+            question=f"gap bench {place.size} seed {place.seed}",
             progress=progress,
         )
     return list(results.values())
@@ -224,7 +225,8 @@ def read_results(path: Path) -> list[dict[str, Any]]:
     return [entry["result"] for entry in entries if "result" in entry]
 
 
-def latest(out: Path, size: str) -> Path | None:
-    """The file of results that was written last."""
-    files = sorted(out.glob(f"cases-{size}-*.jsonl"), key=lambda path: path.stat().st_mtime)
+def latest(place: Place) -> Path | None:
+    """The file of results of such captures that was written last."""
+    like = f"cases-{place.size}-seed{place.seed}-*.jsonl"
+    files = sorted(place.out.glob(like), key=lambda path: path.stat().st_mtime)
     return files[-1] if files else None
