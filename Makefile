@@ -32,7 +32,7 @@ bench: $(READY)  ## speeds as ratios in one run
 # About a minute a case on a core: what is done is kept, and the next run goes on from there.
 # Other options by hand: python -m analysis.gap_bench run --help
 MINUTES ?= 600
-SEED ?= 0
+SEED ?= 1
 bench-gap: $(READY)  ## the diagnosis, measured: cases of SEED for MINUTES, then the table
 	$(BIN)/python -m analysis.gap_bench run --seed $(SEED) --minutes $(MINUTES)
 	$(BIN)/python -m analysis.gap_bench publish --seed $(SEED)
@@ -54,7 +54,6 @@ study: $(READY)  ## the study gradient-quantization: its page, and docs/results/
 
 # Two CPU-minutes a case: what is done is kept, and the next run goes on from there.
 SET := camtruth-out/blind/withheld
-SEED ?= 1
 CASES ?= null=14 own=14 pair=4 left-out=6 decoy=4 put-back=6 others=10 strange=10
 
 withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/withheld.md (goes on)

@@ -140,6 +140,62 @@ def test_a_direction_is_as_long_as_what_moves() -> None:
     assert truth @ drawn / (drawn @ drawn) == pytest.approx(1.0, abs=0.05)
 
 
+BLOCKS = 300
+
+
+def image(picture: np.ndarray, change: np.ndarray) -> tuple[Observation, Observation]:
+    """Before and after a change of block means, (shots, channels, blocks)."""
+    shots, channels = picture.shape[:2]
+    before = dataclasses.replace(
+        observation(np.zeros(KINDS * OF_A_KIND)),
+        shots=tuple(f"s{k}" for k in range(shots)),
+        channels=("R", "G", "B")[:channels],
+        means=picture[None],
+    )
+    return before, dataclasses.replace(before, means=(picture + change)[None])
+
+
+def changed(truth: np.ndarray, noise: float, of_bodies: float = 0.0) -> np.ndarray:
+    """What two sets of random numbers agree on of a change of one picture."""
+    rng = np.random.default_rng(7)
+    picture = rng.uniform(20.0, 200.0, truth.shape)
+    pairs = [
+        image(picture, truth + rng.normal(0, noise, truth.shape)
+              + rng.normal(0, of_bodies, truth.shape)) for _ in range(2)
+    ]  # fmt: skip
+    return agreed([before for before, _ in pairs], [after for _, after in pairs])[1]
+
+
+def test_a_change_of_all_blocks_alike_is_read_without_the_noise_of_each() -> None:
+    """A black level moves 300 blocks by 0.3, each with noise of 0.3: the plain mean of two sets has
+    half as much chi-squared again, 1 + 1 / 2, and what is agreed on has one part in a hundred."""
+    truth = np.full((2, 3, BLOCKS), 0.3)
+    drawn = changed(truth, noise=0.3)
+    assert (drawn * drawn).sum() / (truth * truth).sum() == pytest.approx(1.0, abs=0.03)
+    assert np.square(drawn - truth).sum() < 0.01 * np.square(truth).sum()
+
+
+def test_an_amount_along_an_image_is_right_whatever_its_noise() -> None:
+    """Another image in every shot, as faint as its noise. Of the plain mean, amounts are too small
+    by 1 + 1 / 2; drawn to zero by what the two sets do not agree on, they are right."""
+    truth = np.random.default_rng(3).normal(0, 0.3, (2, 3, BLOCKS))
+    drawn = changed(truth, noise=0.3)
+    assert (truth * drawn).sum() / (drawn * drawn).sum() == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_pattern_of_each_body_is_no_template() -> None:
+    """Other pixels in every body: no more than a hundredth of it is left."""
+    assert np.square(changed(np.zeros((2, 3, BLOCKS)), 0.1, of_bodies=1.0)).mean() < 0.01
+
+
+def test_shots_in_which_nothing_moves_stay_still_beside_one_in_which_all_does() -> None:
+    truth = np.zeros((2, 3, BLOCKS))
+    truth[1] = np.random.default_rng(4).normal(0, 3.0, (3, BLOCKS))
+    drawn = changed(truth, noise=0.3)
+    assert np.square(drawn[0]).sum() < 0.1 * 0.3**2 / 2 * 3 * BLOCKS
+    assert np.square(drawn[1] - truth[1]).mean() == pytest.approx(0.3**2 / 2, rel=0.2)
+
+
 def test_channels_that_are_alike_are_as_bright_as_before() -> None:
     """Green's figures in all channels, and each lamp's level so that gain times level, which a
     picture shows, stays as it was to single precision."""

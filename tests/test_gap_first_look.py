@@ -22,9 +22,13 @@ FAMILIES = np.repeat(["codes", "rows", "time"], [20, 300, 300])
 KEYS = tuple(Key(shot="a", lattice="Y", family=f, statistic=str(k)) for k, f in enumerate(FAMILIES))
 
 
+NOTHING = np.zeros((1, 1, 1))
+"""An image of one block that does not change."""
+
+
 def shown(figures: np.ndarray, name: str = "adc_dnl", sets: int = 1) -> Signature:
     effect = catalogue()[name]()
-    return Signature(effect=effect, keys=KEYS, figures=figures, means=np.empty(0), sets=sets)
+    return Signature(effect=effect, keys=KEYS, figures=figures, means=NOTHING, sets=sets)
 
 
 def case(left: np.ndarray) -> Any:
@@ -90,7 +94,7 @@ def test_two_looks_keep_what_they_agree_on(monkeypatch: pytest.MonkeyPatch) -> N
     truth = np.where(FAMILIES == "codes", 40.0, 0.0)
     one, other = (shown(truth + rng.standard_normal(len(KEYS))) for _ in range(2))
     monkeypatch.setattr(first_look, "signature", lambda effect, known, seeds: other)
-    reference = SimpleNamespace(lit=frozenset({"a"}))
+    reference = SimpleNamespace(keys=KEYS, lit=frozenset({"a"}), means=NOTHING[None])
     both = confirmed(one, SimpleNamespace(references={first_look.SEEDS[0]: reference}))  # type: ignore[arg-type]
     assert both.sets == 2
     assert both.figures[FAMILIES == "codes"] == pytest.approx(40.0, abs=4.0)

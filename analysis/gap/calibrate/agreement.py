@@ -8,12 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.look.kinds import kinds
-from analysis.gap.look.observe import Key, Observation
+from analysis.gap.look.observe import Observation
 
 Floats = NDArray[np.float64]
-
-COHERENT = 0.2
-"""Correlation from which two images show the same thing."""
 
 
 def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple[Floats, Floats]:
@@ -28,45 +25,69 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
     pairs = list(zip(before, after, strict=True))
     figures = np.array([(b.figures - a.figures).mean(axis=0) for a, b in pairs])
     means = np.array([(b.means - a.means).mean(axis=0) for a, b in pairs])
-    return agreed_of(figures, means, before[0].keys, before[0].lit)
+    return agreed_of(figures, means, before[0])
 
 
-def agreed_of(
-    figures: Floats, means: Floats, keys: tuple[Key, ...], lit: frozenset[str]
-) -> tuple[Floats, Floats]:
+def agreed_of(figures: Floats, means: Floats, seen: Observation) -> tuple[Floats, Floats]:
     """The same of differences that were taken before.
 
     Args:
         figures, means: differences, a row for each set of random numbers.
-        keys: of the figures.
-        lit: labels of the shots with a lamp on.
+        seen: one of those that changed, with the same figures: their kinds, and its picture.
     """
     if len(figures) == 1:
         return figures[0], means[0]
     mean, square = figures.mean(axis=0), figures.var(axis=0, ddof=1) / len(figures)
     drawn = np.zeros_like(mean)
-    for places in kinds(keys, lit):
+    for places in kinds(seen.keys, seen.lit):
         own, noise = mean[places], square[places]
         noise = (noise + BORROWED * noise.mean()) / (1 + BORROWED)
-        ratio = np.square(own) / np.maximum(noise, 1e-300)
-        of_kind = max(0.0, 1.0 - 1.0 / max(float(ratio.mean()), 1e-300))
-        drawn[places] = own * of_kind * np.maximum(0.0, 1.0 - 1.0 / np.maximum(ratio, 1e-300))
-    return drawn, _coherent(means)
+        drawn[places] = _to_zero(own, noise)
+    return drawn, _coherent(means, seen.means[0])
 
 
 BORROWED = 3.0
 """Weight of the others of its kind in the noise of a figure's change, against its own."""
 
 
-def _coherent(images: Floats) -> Floats:
-    """Mean of images that show the same thing; nothing, where each shows another.
+def _coherent(images: Floats, picture: Floats) -> Floats:
+    """What several images of one thing have in common, each shot and channel by itself.
 
-    A pattern that belongs to a camera body is in another place in every body: no template of the
-    mean image, though figures of its size are.
+    An image is a constant, a multiple of the picture, and a rest. Of most changes the first two are
+    all, and as certain as so many blocks make them, while the rest is noise as long as itself. Each
+    part is drawn to zero as figures are, so that amounts along the whole are right. A pattern that
+    belongs to a camera body is in another place in every body: nothing of it is left, though
+    figures of its size are.
+
+    Args:
+        images: changes of block means, (sets, shots, channels, blocks).
+        picture: the block means that changed, (shots, channels, blocks).
     """
-    mean = images.mean(axis=0)
-    total = float(np.square(images).sum())
-    if len(images) == 1 or total == 0:
-        return np.asarray(mean)
-    alike = (len(images) * float(np.square(mean).sum()) - total / len(images)) / total
-    return np.asarray(mean) if alike > COHERENT * (1 - 1 / len(images)) else np.zeros_like(mean)
+    sets, blocks = len(images), images.shape[-1]
+    flat = picture - picture.mean(axis=-1, keepdims=True)
+    size = np.linalg.norm(flat, axis=-1, keepdims=True)
+    unit = np.divide(flat, size, out=np.zeros_like(flat), where=size > 0)
+    constant = images.mean(axis=-1, keepdims=True)
+    along = (images * unit).sum(axis=-1, keepdims=True)
+    rest = images - constant - along * unit
+    # of one block in the mean of all sets
+    noise = rest.var(axis=0, ddof=1).mean(axis=-1, keepdims=True) / sets
+
+    def drawn(parts: Floats, expected: Floats) -> Floats:
+        own = parts.var(axis=0, ddof=1) / sets
+        return _to_zero(parts.mean(axis=0), (own + BORROWED * expected) / (1 + BORROWED))
+
+    mean = rest.mean(axis=0)
+    kept = _beyond(np.square(mean).mean(axis=-1, keepdims=True), noise)
+    return np.asarray(drawn(constant, noise / blocks) + drawn(along, noise) * unit + kept * mean)
+
+
+def _to_zero(means: Floats, squares: Floats) -> Floats:
+    """Figures of one kind less the part of them that errors of such squares would have."""
+    ratio = np.square(means) / np.maximum(squares, 1e-300)
+    return np.asarray(means * _beyond(ratio, 1.0) * _beyond(ratio.mean(), 1.0))
+
+
+def _beyond(found: Floats, expected: Floats | float) -> Floats:
+    """Part of squares that is more than noise."""
+    return np.maximum(0.0, 1.0 - expected / np.maximum(found, 1e-300))

@@ -26,7 +26,10 @@ from sensor.effect import Effect
 Floats = NDArray[np.float64]
 
 
-BLACK_STEP_DN = 0.05
+BLACK_STEP_DN = 0.3
+"""By a step s a part s of the pixels change their code, with a relative noise of
+sqrt((1 - s) / (s pixels)): a shorter one hardly leads along the black level."""
+
 BLUR_STEP_PX2 = 0.2
 
 

@@ -111,12 +111,10 @@ def confirmed(first: Signature, known: Fit) -> Signature:
     if second is None:
         return first
     first = first.on(second.keys)
-    lit = known.references[SEEDS[0]].lit
     figures, means = agreed_of(
         np.array([first.figures, second.figures]),
         np.array([first.means, second.means]),
-        second.keys,
-        lit,
+        known.references[SEEDS[0]],
     )
     return dataclasses.replace(second, figures=figures, means=means, sets=len(SEEDS))
 
