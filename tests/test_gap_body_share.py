@@ -9,7 +9,12 @@ from analysis.gap.calibrate.body_share import BORROWED, USUAL, body_share, usual
 from analysis.gap.look.observe import Key, Observation
 
 BODIES, LATTICES = 64, 40
-KINDS = (("tails", "skewness"), ("rows", "row correlation"), ("pattern", "pattern variance"))
+KINDS = (
+    ("tails", "skewness"),
+    ("rows", "row correlation"),
+    ("pattern lines", "row pattern"),
+    ("pattern", "pattern variance"),
+)
 
 
 def observed(keys: tuple[Key, ...], figures: np.ndarray) -> Observation:
@@ -31,12 +36,12 @@ def keys_of(*kinds: tuple[str, str]) -> tuple[Key, ...]:
 
 
 def test_the_share_is_the_covariance_of_two_looks() -> None:
-    """Figures of variance 1 whose bodies have a variance of 0.7, 0 and 0.4: the first two come out
-    so, drawn to the usual share by what that is worth; of the third the name says that all is the
-    body's. A mean of n products of that correlation has the error sqrt((1 + r^2) / n): at 4.5
-    standard errors for two tests."""
+    """Figures of variance 1 whose bodies have a variance of 0.7, 0 and 0.4: they come out so, drawn
+    to the usual share by what that is worth, which is 1 for lines of a pattern. Of a pattern the
+    name says that all is the body's. A mean of n products of that correlation has the error
+    sqrt((1 + r^2) / n): at 4.5 standard errors for three tests."""
     rng = np.random.default_rng(4)
-    true = np.repeat([0.7, 0.0, 0.4], LATTICES)
+    true = np.repeat([0.7, 0.0, 0.4, 0.4], LATTICES)
     body = np.sqrt(true) * rng.standard_normal((BODIES, true.size))
     first, again = (
         body + np.sqrt(1 - true) * rng.standard_normal((BODIES, true.size)) for _ in range(2)
@@ -44,11 +49,11 @@ def test_the_share_is_the_covariance_of_two_looks() -> None:
     keys = keys_of(*KINDS)
     found = body_share(observed(keys, first), observed(keys, again))
     n = BODIES * LATTICES
-    for place, share in enumerate((0.7, 0.0)):
-        expected = (n * share + BORROWED * USUAL) / (n + BORROWED)
+    for place, (share, usual) in enumerate([(0.7, USUAL), (0.0, USUAL), (0.4, 1.0)]):
+        expected = (n * share + BORROWED * usual) / (n + BORROWED)
         error = np.sqrt((1 + share**2) / n)
         assert found[place * LATTICES] == pytest.approx(expected, abs=4.5 * error)
-    assert np.all(found[2 * LATTICES :] == 1.0)
+    assert np.all(found[3 * LATTICES :] == 1.0)
 
 
 def variance_of(noise_dn: float, fixed_dn: np.ndarray, rng: np.random.Generator) -> float:

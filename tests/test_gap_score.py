@@ -31,7 +31,7 @@ def scores(of_body: bool, strength: float) -> np.ndarray:
 
     def half(left: np.ndarray) -> Any:
         spread = SimpleNamespace(
-            in_body=np.full(COORDINATES, of_body),
+            alike=np.full(COORDINATES, float(of_body)),
             residuals=np.zeros((1, COORDINATES)),
             expected=np.array([float(COORDINATES)]),
         )

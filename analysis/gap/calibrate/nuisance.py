@@ -19,7 +19,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_ways import FREE, light_ways
-from analysis.gap.camera.twin import Scenery, twin
+from analysis.gap.camera.twin import Scenery, exposure_of, twin
 from analysis.gap.look.observe import Observation
 from sensor.effect import Effect
 
@@ -31,6 +31,9 @@ BLACK_STEP_DN = 0.3
 sqrt((1 - s) / (s pixels)): a shorter one hardly leads along the black level."""
 
 BLUR_STEP_PX2 = 0.2
+
+PART_OF_HIDDEN = 0.6
+"""Step of a pattern's variance, as a part of the noise in time of one frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,14 +76,21 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     lit = any(not shot.dark for shot in scenery.shots)
     exposures = {shot.exposure_s for shot in scenery.shots}
     longest = max(exposures)
+    # what noise in time leaves in the mean of a group hides the pattern: a step has to be seen
+    hidden = PART_OF_HIDDEN / scenery.view.frames
+    bright_dn = brightest_dn(base, scenery)
     knobs = []
     for c in range(len(base.channels)):
-        knobs.append(Knob(name="read", channel=c, step=0.3 * float(base.read_dn2[c]) + 0.003))
-        knobs.append(Knob(name="fpn", channel=c, step=0.6 * float(base.fpn_dn2[c]) + 1e-3))
+        read = float(base.read_dn2[c])
+        knobs.append(Knob(name="read", channel=c, step=0.3 * read + 0.003))
+        fpn = 0.6 * float(base.fpn_dn2[c]) + hidden * read + 1e-3
+        knobs.append(Knob(name="fpn", channel=c, step=fpn))
         knobs.append(Knob(name="black", channel=c, step=BLACK_STEP_DN))
         if lit:
             knobs.append(Knob(name="gain", channel=c, step=0.15))
-            knobs.append(Knob(name="prnu", channel=c, step=0.6 * float(base.prnu2[c]) + 5e-6))
+            noise = read + float(base.gain_dn_per_e[c]) * bright_dn
+            prnu = 0.6 * float(base.prnu2[c]) + hidden * noise / bright_dn**2 + 5e-6
+            knobs.append(Knob(name="prnu", channel=c, step=prnu))
             knobs += [
                 Knob(name=f"level:{lamp}", channel=c, step=0.02)
                 for lamp in sorted({lamp_of(s) for s in scenery.shots if not s.dark})
@@ -95,6 +105,19 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         shown = BLACK_STEP_DN / float(base.gain_dn_per_e.max())
         knobs.append(Knob(name="shown", channel=None, step=shown / longest))
     return tuple(knobs)
+
+
+def brightest_dn(base: Base, scenery: Scenery) -> float:
+    """Mean above black of the brightest shot, in the channel that is brightest there; 1 of darks."""
+    signals = [
+        exposure_of(shot)
+        * base.gain_dn_per_e
+        * base.level[lamp_of(shot)]
+        * np.mean(scenery.light.rates[lamp_of(shot)])
+        for shot in scenery.shots
+        if not shot.dark and lamp_of(shot) in scenery.light.rates
+    ]
+    return max(float(np.max(signals, initial=1.0)), 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

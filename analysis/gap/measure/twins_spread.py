@@ -11,7 +11,7 @@ from scipy import stats
 
 from analysis.gap.calibrate.fit import Fit, by_the_others, fair
 from analysis.gap.calibrate.space import PRIOR_FREEDOM
-from analysis.gap.look.observe import IMAGE, OF_A_BODY, Key
+from analysis.gap.look.observe import Key
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ class Spread:
 
     Attributes:
         families: family of each coordinate.
-        in_body: whether it is of what stays from frame to frame.
+        alike: correlation between two halves of the frames, 1 of what stays from frame to frame.
         names: the families.
         expected: chi-squared that a twin has of each family.
         variance: of that chi-squared.
@@ -35,7 +35,7 @@ class Spread:
     """
 
     families: NDArray[np.str_]
-    in_body: NDArray[np.bool_]
+    alike: Floats
     names: tuple[str, ...]
     expected: Floats
     variance: Floats
@@ -76,24 +76,31 @@ def spread_of(known: Fit, groups: int) -> Spread:
         count - 1 + BORROWED
     )
     # twins are one group of frames; of a capture's many, what is left is one body in every shot
-    in_common = known.shares / (known.shares + (1.0 - known.shares) / groups)
-    alike = np.array([_times_shown(one.space.keys, in_common, name) for name in names])
-    variance = np.maximum(variance, 2.0 * expected * alike)
-    in_body = np.isin(families, [IMAGE, *OF_A_BODY])
+    in_common = _in_common(known.shares, groups)
+    times = np.array([_times_shown(one.space.keys, in_common, name) for name in names])
+    variance = np.maximum(variance, 2.0 * expected * times)
+    of_image = np.ones(len(families) - len(known.shares))
     columns = np.array(
         [one.space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
     )
     shown = np.square(columns)
     return Spread(
         families=families,
-        in_body=in_body,
+        alike=np.concatenate([_in_common(known.shares, groups / 2), of_image]),
         names=names,
         expected=expected,
         variance=np.maximum(variance, 1e-12),
         residuals=residuals,
         amounts=np.array([one.amounts(difference) for difference in differences]),
-        of_body=shown[:, in_body].sum(axis=1) / np.maximum(shown.sum(axis=1), 1e-300),
+        of_body=shown
+        @ np.concatenate([known.shares, of_image])
+        / np.maximum(shown.sum(axis=1), 1e-300),
     )
+
+
+def _in_common(shares: Floats, groups: float) -> Floats:
+    """Part of the variance of means over so many groups that is the body's."""
+    return np.asarray(shares / (shares + (1.0 - shares) / groups))
 
 
 def _times_shown(keys: Sequence[Key], in_common: Floats, family: str) -> float:

@@ -69,9 +69,9 @@ def _deviance(case: Case, base: Base, bodies: Observation) -> float:
     known, seen = case.known, case.score_seen
     space, _ = spaces_by(bodies, base, known.scenery, seen)
     left = calibration(space, known.ways).left(space.of(seen))
-    in_body = case.scoring.spread.in_body
-    halves = np.where(in_body, 1.0, 2.0)
-    z = believed(left[: len(in_body)], JUDGES)
+    alike = case.scoring.spread.alike
+    halves = 2.0 / (1.0 + alike)
+    z = believed(left[: len(alike)], JUDGES)
     return float(halves @ (np.square(z) + 2.0 * space.log_widths))
 
 
