@@ -13,7 +13,7 @@ KINDS = (
     ("tails", "skewness"),
     ("rows", "row correlation"),
     ("pattern lines", "row pattern"),
-    ("pattern", "pattern variance"),
+    ("dark surface", "slope down"),
 )
 
 
@@ -37,7 +37,7 @@ def keys_of(*kinds: tuple[str, str]) -> tuple[Key, ...]:
 
 def test_the_share_is_the_covariance_of_two_looks() -> None:
     """Figures of variance 1 whose bodies have a variance of 0.7, 0 and 0.4: they come out so, drawn
-    to the usual share by what that is worth, which is 1 for lines of a pattern. Of a pattern the
+    to the usual share by what that is worth, which is 1 for lines of a pattern. Of a surface the
     name says that all is the body's. A mean of n products of that correlation has the error
     sqrt((1 + r^2) / n): at 4.5 standard errors for three tests."""
     rng = np.random.default_rng(4)

@@ -271,9 +271,8 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
         for seed in seeds_of(TWICE)
     )
-    once = dataclasses.replace(plain, figures=plain.figures[:TWICE])
-    shares = body_share(once, with_keys(again, plain.keys))
-    of_texture = np.ones(len(bodies.keys) - len(plain.keys))
+    once = dataclasses.replace(bodies, figures=bodies.figures[:TWICE], means=bodies.means[:TWICE])
+    shares = body_share(once, with_texture(again, picture, scenery, fair(plain.groups)))
     ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))
     variances = figure_variances(bodies, scenery.light.known)
     return Fit(
@@ -282,7 +281,7 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         scenery=scenery,
         bodies=bodies,
         variances=variances,
-        shares=np.concatenate([shares, of_texture]),
+        shares=shares,
         ways=ways,
         picture=picture,
         references={

@@ -108,7 +108,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
 
 
 def brightest_dn(base: Base, scenery: Scenery) -> float:
-    """Mean above black of the brightest shot, in the channel that is brightest there; 1 of darks."""
+    """Mean above black of the brightest shot and channel; 1 of darks."""
     signals = [
         exposure_of(shot)
         * base.gain_dn_per_e
