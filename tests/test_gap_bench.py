@@ -14,8 +14,8 @@ from analysis.gap.diagnose import Diagnosis
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
-from analysis.gap_bench.draw import ARITHMETICS, capture_of, effects_of, random_camera
-from analysis.gap_bench.examine import severity_of, unfitted
+from analysis.gap_bench.draw import ARITHMETICS, camera_of, capture_of, effects_of, random_camera
+from analysis.gap_bench.examine import unfitted
 from analysis.gap_bench.page import cells, confusions, limits_table, table
 from analysis.gap_bench.run import (
     Place,
@@ -27,6 +27,7 @@ from analysis.gap_bench.run import (
     run_bench,
     write_limits,
 )
+from analysis.gap_bench.severity import limits_of, severity_of
 from analysis.identifiability.limits import (
     STANDARD_ERRORS,
     Limit,
@@ -332,11 +333,25 @@ def test_the_page_holds_what_was_measured_and_nothing_else() -> None:
     assert "| row_noise |" in text
 
 
+def test_a_camera_that_counts_in_whole_numbers_sees_less_of_a_filter_in_time(place: Place) -> None:
+    """Where a demosaicer gives whole numbers, a frame that takes a part a of the one before changes
+    no code unless the two differ by 1 / (2 a) of them; where it gives fractions every a shows."""
+    images = light(place)
+    weakest = {}
+    for arithmetic in (0.0, 2.0):
+        camera = random_camera(5, HEIGHT, WIDTH).plus(Demosaic(arithmetic=arithmetic))
+        (found,) = limits_of(images, 16, camera, ["temporal_filter"]).values()
+        assert isinstance(found.parameters["carried"]["value"], float)
+        weakest[arithmetic] = found.parameters["carried"]["value"]
+    assert weakest[2.0] > 4 * weakest[0.0]
+    assert limits_of(images, 16, random_camera(5, HEIGHT, WIDTH), []) == {}
+
+
 def test_without_calibration_a_null_is_no_null(place: Place) -> None:
     """Base figures that are known to 2 % are not known well enough, by far."""
     images = light(place)
     case = Case(kind="null", seed=1)
-    capture, camera = capture_of(case, (), images, 16)
+    capture, camera = capture_of(case, camera_of(case, images), (), images, 16)
     assert unfitted(capture, camera, images, case.number) < 1e-6
 
 

@@ -125,8 +125,11 @@ def band(rows: Iterable[Row], low: float, high: float) -> list[Row]:
 
 
 def equivalent(row: Row, limits: Mapping[str, Limit]) -> bool:
-    """Whether calibration takes up more than 90 % of the one effect of a case."""
-    return len(row["truth"]) == 1 and limits[row["truth"][0]].absorbed > EQUIVALENT
+    """Whether calibration takes up more than 90 % of the one effect of a case: by its own camera's
+    limit, or where that was not asked for, by that of the camera in the middle."""
+    if len(row["truth"]) != 1:
+        return False
+    return float(row.get("absorbed", limits[row["truth"][0]].absorbed)) > EQUIVALENT
 
 
 def lines(rows: Sequence[Row], limits: Mapping[str, Limit]) -> list[Line]:

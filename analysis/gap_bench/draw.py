@@ -172,15 +172,20 @@ def at_strength(least: Effect, strong: Effect, severity: float) -> bool:
     )
 
 
+def camera_of(case: Case, light: Mapping[str, RateImage]) -> Camera:
+    """The camera of a case, without its effects."""
+    height, width = next(iter(light.values())).rate_e_per_s.shape[:2]
+    return random_camera(case.number, height, width)
+
+
 def capture_of(
     case: Case,
+    camera: Camera,
     effects: Sequence[Effect],
     light: Mapping[str, RateImage],
     frames: int,
 ) -> tuple[Capture, Camera]:
     """The frames of a case, and the camera that took them."""
-    image = next(iter(light.values())).rate_e_per_s
-    camera = random_camera(case.number, image.shape[0], image.shape[1])
     camera = camera.plus(*effects).with_body(case.number)
     rates = {lamp: one.rate_e_per_s for lamp, one in light.items()}
     return record(camera, paper(frames), rates, seed=case.number), camera

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,9 +19,10 @@ from analysis.gap.measure.measured import measured
 from analysis.gap.measure.signature import strengths
 from analysis.gap.ready.setting import look
 from analysis.gap_bench.cases import Case
-from analysis.gap_bench.draw import capture_of, effects_of
+from analysis.gap_bench.draw import camera_of, capture_of, effects_of
+from analysis.gap_bench.severity import severity_of
 from analysis.identifiability.known import base_of
-from analysis.identifiability.limits import STANDARD_ERRORS, Limit
+from analysis.identifiability.limits import Limit
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
@@ -43,14 +44,14 @@ class Bench:
 
     Attributes:
         light: rate images by lamp, at the size of the frames.
-        limits: detection limits by name of effect.
+        limits: tells the detection limits of effects in what a camera takes.
         frames: of each shot.
         unfitted: whether nulls are judged without calibration as well.
         diagnosis: what is examined.
     """
 
     light: Mapping[str, RateImage]
-    limits: Mapping[str, Limit]
+    limits: Callable[[Camera, Sequence[str]], Mapping[str, Limit]]
     frames: int
     unfitted: bool = True
     diagnosis: Diagnose = diagnose
@@ -63,12 +64,15 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
         "truth": list(case.effects),
         "severity": case.severity,
     }
-    effects = effects_of(case, bench.limits)
+    camera = camera_of(case, bench.light)
+    own = bench.limits(camera, case.effects)
+    effects = effects_of(case, own)
     if isinstance(effects, str):
         return row | {"skipped": effects}
     if len(effects) == 1:
-        row["severity"] = severity_of(case, bench.limits[case.effects[0]])
-    capture, camera = capture_of(case, effects, bench.light, bench.frames)
+        (limit,) = own.values()
+        row |= {"severity": severity_of(case, limit), "absorbed": limit.absorbed}
+    capture, camera = capture_of(case, camera, effects, bench.light, bench.frames)
     kinds = [
         kind
         for name, kind in catalogue().items()
@@ -114,23 +118,6 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
     if case.kind == "null" and bench.unfitted:
         row["p_unfitted"] = finite(unfitted(capture, camera, bench.light, case.number))
     return row
-
-
-THRESHOLD = 1.3
-"""An effect whose limit stands further off than this begins at a threshold: it is seen well as soon
-as it is seen at all."""
-
-
-def severity_of(case: Case, limit: Limit) -> float:
-    """Strength of the one effect of a case in detection limits.
-
-    That of an effect that comes in steps, or begins at a threshold, is as far above the limit as
-    its weakest form stands.
-    """
-    part = limit.z / STANDARD_ERRORS
-    if limit.steps:
-        return part
-    return case.severity * (part if part > THRESHOLD else 1.0)
 
 
 def unfitted(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from analysis.gap.verdict.verdict import EQUIVALENT
 from analysis.gap_bench.count import BANDS, Line, Row, Share, confusion
-from analysis.gap_bench.examine import THRESHOLD
+from analysis.gap_bench.severity import THRESHOLD
 from analysis.identifiability.limits import STANDARD_ERRORS, Limit
 
 FEWEST = 20

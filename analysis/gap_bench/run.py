@@ -10,6 +10,7 @@ Results of two versions of the diagnosis never stand in one file.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
 import json
 import time
@@ -19,14 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import analysis.gap
-from analysis.gap.calibrate.fit import around
-from analysis.gap.camera.light import light_of
 from analysis.gap.diagnose import diagnose
-from analysis.gap.look.shots import GROUP_FRAMES, MOST_GROUPS, plan
+from analysis.gap.look.shots import GROUP_FRAMES, MOST_GROUPS
 from analysis.gap_bench.cases import all_cases, suspects
-from analysis.gap_bench.draw import middle, paper
+from analysis.gap_bench.draw import middle
 from analysis.gap_bench.examine import Bench, Diagnose, examine
-from analysis.identifiability.known import base_of, scenery_of, small_light
+from analysis.gap_bench.severity import calibrated, limits_of
+from analysis.identifiability.known import small_light
 from analysis.identifiability.limits import Limit, limits
 from foundation.documents import parse_json
 from foundation.errors import InputError
@@ -35,7 +35,6 @@ from foundation.output import new_file
 from render.rate import RateImage, read_rate, write_rate
 from scenes import scene as scenes
 from sensor.catalogue import effect
-from sensor.record import record
 
 SCENE = "chart"
 FORMAT = "camtruth-gap-bench/1"
@@ -94,22 +93,14 @@ def light(place: Place) -> dict[str, RateImage]:
 
 
 def known_limits(place: Place, images: Mapping[str, RateImage], say: Say) -> dict[str, Limit]:
-    """The detection limits, found when they are first asked for."""
+    """The detection limits of the camera in the middle, found when they are first asked for."""
     found = read_limits(place.limits) if place.limits.is_file() else {}
     missing = [name for name in suspects() if name not in found]
     if missing:
-        camera = middle(place.height, place.width)
-        rates = {lamp: image.rate_e_per_s for lamp, image in images.items()}
-        capture = record(camera, paper(place.frames), rates)
-        chosen = plan(capture)
-        assert chosen is not None, "the bench takes enough frames"
-        shots = [f.shot for f in capture.frames if f.shot.label in chosen.key]
-        panels = light_of(capture, images, camera.black_dn).panels
-        scenery = scenery_of(camera, shots, rates, panels, chosen.frames)
-        known = around(base_of(camera, list(rates)), scenery)
+        known, groups = calibrated(middle(place.height, place.width), images, place.frames)
         for name in missing:
             say(f"detection limit of {name}")
-            found |= limits(known, chosen.groups, [effect(name)])
+            found |= limits(known, groups, [effect(name)])
             write_limits(place, found)
     return {name: found[name] for name in suspects()}
 
@@ -173,9 +164,10 @@ def run_bench(
             "give more with --frames",
         )
     images = light(place)
+    known_limits(place, images, say)
     bench = Bench(
         light=images,
-        limits=known_limits(place, images, say),
+        limits=functools.partial(limits_of, images, place.frames),
         frames=place.frames,
         unfitted=unfitted,
         diagnosis=diagnosis,
