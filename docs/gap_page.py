@@ -78,9 +78,9 @@ def measured(found: dict[str, Any] | None) -> str:
         f" of {found['planned']} planned with seed {found.get('seed', 0)} (`make bench-gap SEED=2`"
         " takes others). The order of the cases is shuffled and fixed, so that"
         f" these are a fair sample. Captures are {size(found)}; every base figure is drawn anew for"
-        " each. Severity is the strength in detection limits of the very camera of a case. **A line that rests on few cases says"
-        " little: see its interval.** Effects that come from other people's code are not part of"
-        " this bench (`camtruth blind`).\n\n"
+        " each. Severity is the strength in detection limits of the very camera of a case. **A line"
+        " that rests on few cases says little: see its interval.** Effects that come from other"
+        " people's code are not part of this bench (`camtruth blind`).\n\n"
         + table(lines(rows, limits))
         + "\nWhat is taken for what: bold is the true effect; the number is how often.\n\n"
         + confusions(rows)
