@@ -355,16 +355,17 @@ def test_without_calibration_a_null_is_no_null(place: Place) -> None:
     assert unfitted(capture, camera, images, case.number) < 1e-6
 
 
-def test_what_begins_at_a_threshold_is_found_there_and_counts_as_strong() -> None:
+@pytest.mark.parametrize("z", [100.0, 1e4])
+def test_what_begins_at_a_threshold_is_found_there_and_counts_as_strong(z: float) -> None:
     def seen(effect: Any) -> tuple[float, float]:
-        chi2 = 1e4 if effect.sigma_e > 7.0 else 0.0
+        chi2 = z**2 if effect.sigma_e > 7.0 else 0.0
         return chi2, chi2
 
     found = limit_of(RowNoise, seen)
     assert effect_of(found, RowNoise).sigma_e == pytest.approx(7.0, rel=0.1)  # type: ignore[attr-defined]
-    assert found.z == pytest.approx(100.0)
+    assert found.z == pytest.approx(z)
     case = Case(kind="effect", effects=("row_noise",), severity=2.0)
-    assert severity_of(case, found) == pytest.approx(2 * 100 / STANDARD_ERRORS)
+    assert severity_of(case, found) == pytest.approx(2 * z / STANDARD_ERRORS)
     assert severity_of(case, limit("row_noise", z=5.2)) == 2.0
     assert severity_of(case, limit("row_noise", z=40.0, steps=True)) == 8.0
 

@@ -130,6 +130,7 @@ def limit_of(kind: type[Effect], seen: Shown) -> Limit:
     best: tuple[float, Effect, tuple[float, float]] | None = None
     below: tuple[float, float] | None = None
     above: tuple[float, float] | None = None
+    weakest: tuple[Effect, tuple[float, float]] | None = None
     last: tuple[float, float] | None = None
     for _ in range(ROUNDS):
         now = scaled(effect, factor)
@@ -143,6 +144,7 @@ def limit_of(kind: type[Effect], seen: Shown) -> Limit:
             break
         if z > STANDARD_ERRORS:
             above = (factor, z)
+            weakest = (now, (chi2, whole)) if weaker else weakest
         else:
             below = (factor, z)
             if scaled(effect, 2 * factor) == now:
@@ -161,7 +163,11 @@ def limit_of(kind: type[Effect], seen: Shown) -> Limit:
             # what begins at a threshold has no power law: halve what is between
             factor = float(np.sqrt(below[0] * above[0]))
     assert best is not None, "at least one strength was tried"
-    return _limit(best[1], *best[2], steps=False)
+    found = _limit(best[1], *best[2], steps=False)
+    if found.reached or weakest is None:
+        return found
+    # it begins at a threshold: the weakest that is seen at all
+    return _limit(weakest[0], *weakest[1], steps=False)
 
 
 def default_of(kind: type[Effect]) -> Effect:
