@@ -20,7 +20,7 @@ from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.anew import MISFIT, anew
 from analysis.gap.suspects.first_look import WORTH_A_LOOK
 from analysis.gap.suspects.likelihood import judged
-from analysis.gap.suspects.pursue import pursue
+from analysis.gap.suspects.pursue import LONG, pursue
 
 ROUNDS = 2
 """How often a suspect is simulated again at the strength that it seems to have."""
@@ -30,11 +30,18 @@ RIGHT = (0.75, 1.33)
 
 ADAPTED = 7
 FINALISTS = 3
+
+LIKELIEST = 2
+"""Finalists of which frames tell nothing, where none of those of which they do fits."""
+
 NEAR = 0.2
 """A suspect with less than this part of the best score is no finalist."""
 
 RIVAL = 0.5
 """Part of the best score from which another one is its rival."""
+
+FAR_WORSE = 3.0
+"""Times the misfit without a suspect from which the camera is not calibrated anew with it."""
 
 NOTHING_TOLD: Mapping[str, Told] = MappingProxyType({})
 
@@ -58,28 +65,35 @@ def attribute(
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
     adapted = []
     evident = [e for e in first if e.name in told]
-    for found in first[:ADAPTED]:
-        if found.score > WORTH_A_LOOK and found not in evident:
+    possible = [e for e in first if e not in evident and not _too_much(e)]
+    for found in possible[:ADAPTED]:
+        if found.score > WORTH_A_LOOK:
             watch(found.name)
             adapted.append(_adapt(case, found))
     adapted.sort(key=lambda e: -e.score)
     likely = [e for e in adapted if e.score > NEAR * adapted[0].score]
-    finalists = [*evident, *likely][:FINALISTS]
     candidates: list[Candidate] = []
+    for found in evident:
+        watch(found.name)
+        candidates.append(anew(case, _as_it_is(case, found), found.effect, told[found.name]))
+    # what frames seem to tell may be another effect's doing, so the likeliest are followed as well
+    least = LIKELIEST if all(c.misfit > MISFIT for c in candidates) else 0
+    finalists = likely[: max(FINALISTS - len(evident), least)]
     for found in finalists:
         watch(found.name)
-        if found in evident:
-            as_it_is, start = _as_it_is(case, found), told[found.name]
-            candidates.append(anew(case, as_it_is, found.effect, start))
-            continue
-        pursued = pursue(case, found)
+        candidates.append(pursue(case, found))
+    expected = float(case.fitting.spread.expected.sum())
+    without = float(np.square(case.fit_left).sum()) / expected
+    for place, found in enumerate(finalists, start=len(evident)):
         # the strongest effect is the first, and calibration has known it since
-        rival = found.score > RIVAL * likely[0].score and not case.known.effects
-        if rival and all(c.misfit > MISFIT for c in (pursued, *candidates)):
-            pursued = anew(case, pursued, found.effect)
-        candidates.append(pursued)
+        if case.known.effects or any(c.misfit <= MISFIT for c in candidates):
+            break
+        far = candidates[place].misfit > FAR_WORSE * without
+        if found.score > RIVAL * likely[0].score and not far:
+            watch(found.name)
+            candidates[place] = anew(case, candidates[place], found.effect)
     # calibrated with its own suspect, a camera's errors may be others: scores say little of that
-    unexplained = float(np.square(case.fit_left).sum() - case.fitting.spread.expected.sum())
+    unexplained = expected * (without - 1.0)
     candidates = judged(case, candidates, unexplained)
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in [*adapted, *first] if e.name not in done]
@@ -112,6 +126,18 @@ def _held(case: Case, shown: Signature) -> Evidence:
     return hold(shown, case.fitting.turned, case.fit_left)
 
 
+LEAST_OF_A_STEP = 0.2
+"""Amount of an effect that comes in steps below which even one step of it is out of the question:
+another camera than the calibrated one makes it seem smaller or larger, but not by that much."""
+
+
+def _too_much(found: Evidence) -> bool:
+    """Whether an effect without a scale would do many times as much as there is."""
+    a_scale = any(p.whole and p.maximum - p.minimum >= LONG for p in found.effect.parameters())
+    comes_in_steps = scaled(found.effect, 0.5) == found.effect and not a_scale
+    return comes_in_steps and found.amount < LEAST_OF_A_STEP
+
+
 def _adapt(case: Case, found: Evidence) -> Evidence:
     """Simulate at the strength it seems to have, until it has it."""
     here = signature(found.effect, case.known) if case.known.effects else None
@@ -139,5 +165,8 @@ def _adapt(case: Case, found: Evidence) -> Evidence:
 
 
 def _as_it_is(case: Case, found: Evidence) -> Candidate:
-    """A suspect that was not followed, at the amount that least squares gives it."""
-    return candidate(case, found.signature, case.known.base, found.absorbed, found.amount)
+    """A suspect that was not followed, at the amount that least squares gives it; one that comes in
+    steps and would do too much is as it would be.
+    """
+    amount = 1.0 if _too_much(found) else found.amount
+    return candidate(case, found.signature, case.known.base, found.absorbed, amount)
