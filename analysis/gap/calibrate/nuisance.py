@@ -26,9 +26,10 @@ from sensor.effect import Effect
 Floats = NDArray[np.float64]
 
 
-BLACK_STEP_DN = 0.3
-"""By a step s a part s of the pixels change their code, with a relative noise of
-sqrt((1 - s) / (s pixels)): a shorter one hardly leads along the black level."""
+BLACK_STEPS_DN = (0.05, 0.3)
+"""Least and largest step of the black level. By a step s a part s of the pixels change their code,
+with a relative noise of sqrt((1 - s) / (s pixels)): a shorter one hardly leads along it. One that is
+long beside the noise ends in another phase of the rounding."""
 
 BLUR_STEP_PX2 = 0.2
 
@@ -79,13 +80,14 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     # what noise in time leaves in the mean of a group hides the pattern: a step has to be seen
     hidden = PART_OF_HIDDEN / scenery.view.frames
     bright_dn = brightest_dn(base, scenery)
+    black_dn = float(np.clip(np.min(base.read_dn2), *BLACK_STEPS_DN))
     knobs = []
     for c in range(len(base.channels)):
         read = float(base.read_dn2[c])
         knobs.append(Knob(name="read", channel=c, step=0.3 * read + 0.003))
         fpn = 0.6 * float(base.fpn_dn2[c]) + hidden * read + 1e-3
         knobs.append(Knob(name="fpn", channel=c, step=fpn))
-        knobs.append(Knob(name="black", channel=c, step=BLACK_STEP_DN))
+        knobs.append(Knob(name="black", channel=c, step=black_dn))
         if lit:
             knobs.append(Knob(name="gain", channel=c, step=0.15))
             noise = read + float(base.gain_dn_per_e[c]) * bright_dn
@@ -102,7 +104,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     if lit and scenery.light.known:
         knobs.append(Knob(name="blur", channel=None, step=BLUR_STEP_PX2 + 0.1 * base.blur_px2))
     if len(exposures) > 1:
-        shown = BLACK_STEP_DN / float(base.gain_dn_per_e.max())
+        shown = black_dn / float(base.gain_dn_per_e.max())
         knobs.append(Knob(name="shown", channel=None, step=shown / longest))
     return tuple(knobs)
 
