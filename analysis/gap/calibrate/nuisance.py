@@ -28,8 +28,8 @@ Floats = NDArray[np.float64]
 
 BLACK_STEPS_DN = (0.05, 0.3)
 """Least and largest step of the black level. By a step s a part s of the pixels change their code,
-with a relative noise of sqrt((1 - s) / (s pixels)): a shorter one hardly leads along it. One that is
-long beside the noise ends in another phase of the rounding."""
+with a relative noise of sqrt((1 - s) / (s pixels)): a shorter one hardly leads along it. One that
+is long beside the noise ends in another phase of the rounding."""
 
 BLUR_STEP_PX2 = 0.2
 
