@@ -11,6 +11,8 @@ from scipy import stats
 
 from analysis.gap.measure.case import Case, candidate
 from analysis.gap.measure.signature import Signature
+from analysis.gap.suspects.attribute import too_much
+from sensor.catalogue import catalogue
 from sensor.effects.row_noise import RowNoise
 
 CAPTURES = 4000
@@ -79,3 +81,22 @@ def test_an_effect_of_n_standard_errors_scores_n_squared(of_body: bool) -> None:
     chance = 1.0 if of_body else -2.0
     error = 2 * strength / np.sqrt(CAPTURES)
     assert found.mean() == pytest.approx(strength**2 + chance, abs=4 * error + 0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "amount", "out_of_the_question"),
+    [
+        ("chroma_subsampling", 0.03, True),
+        ("chroma_subsampling", 0.5, False),
+        ("jpeg", 0.03, False),
+        ("row_noise", 0.03, False),
+    ],
+)
+def test_one_step_may_be_many_timestoo_much(
+    name: str, amount: float, out_of_the_question: bool
+) -> None:
+    """A thirtieth of colours at half resolution is no camera; a thirtieth of row noise is one, and
+    a codec has a scale of quality to go along."""
+    effect = catalogue()[name]()
+    found: Any = SimpleNamespace(effect=effect, amount=amount)
+    assert too_much(found) is out_of_the_question

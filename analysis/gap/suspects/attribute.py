@@ -65,7 +65,7 @@ def attribute(
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
     adapted = []
     evident = [e for e in first if e.name in told]
-    possible = [e for e in first if e not in evident and not _too_much(e)]
+    possible = [e for e in first if e not in evident and not too_much(e)]
     for found in possible[:ADAPTED]:
         if found.score > WORTH_A_LOOK:
             watch(found.name)
@@ -131,8 +131,12 @@ LEAST_OF_A_STEP = 0.2
 another camera than the calibrated one makes it seem smaller or larger, but not by that much."""
 
 
-def _too_much(found: Evidence) -> bool:
-    """Whether an effect without a scale would do many times as much as there is."""
+def too_much(found: Evidence) -> bool:
+    """Whether an effect that comes in steps would do many times as much as there is.
+
+    Args:
+        found: the suspect as it is held against a capture.
+    """
     a_scale = any(p.whole and p.maximum - p.minimum >= LONG for p in found.effect.parameters())
     comes_in_steps = scaled(found.effect, 0.5) == found.effect and not a_scale
     return comes_in_steps and found.amount < LEAST_OF_A_STEP
@@ -168,5 +172,5 @@ def _as_it_is(case: Case, found: Evidence) -> Candidate:
     """A suspect that was not followed, at the amount that least squares gives it; one that comes in
     steps and would do too much is as it would be.
     """
-    amount = 1.0 if _too_much(found) else found.amount
+    amount = 1.0 if too_much(found) else found.amount
     return candidate(case, found.signature, case.known.base, found.absorbed, amount)
