@@ -165,7 +165,7 @@ def _connected(client: type[Any], place: Any, scheduler: str | None) -> Any:
     """A client of a scheduler that answers and has workers."""
     patience_s = CONNECT_S if scheduler is not None else BEGIN_S
     try:
-        connected = client(place, timeout=patience_s)
+        connected = _begun(client, place, patience_s)
     except (OSError, ValueError):
         raise JobError(
             f"no answer from the scheduler {scheduler}",
@@ -182,6 +182,19 @@ def _connected(client: type[Any], place: Any, scheduler: str | None) -> Any:
             f"start some with 'dask worker {scheduler}'",
         ) from None
     return connected
+
+
+STARTS = 3
+"""How often a client is begun: Dask gives its own thread ten seconds to start, and fails without a
+word on a machine that is busy for longer."""
+
+
+def _begun(client: type[Any], place: Any, patience_s: float) -> Any:
+    """A client, begun again where its thread came too late."""
+    for _ in range(STARTS - 1):
+        with contextlib.suppress(AssertionError):
+            return client(place, timeout=patience_s)
+    return client(place, timeout=patience_s)
 
 
 def _gathered(

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import distributed
 import numpy as np
 import pytest
 
@@ -67,6 +68,22 @@ def test_nobody_at_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
         run(draws(), SEEDS, shared=1.0, scheduler="tcp://127.0.0.1:9")
     with pytest.raises(JobError, match="no answer from the scheduler nonsense"):
         run(draws(), SEEDS, shared=1.0, scheduler="nonsense://x")
+
+
+def test_a_client_whose_thread_comes_too_late_is_begun_again(
+    monkeypatch: pytest.MonkeyPatch, alone: str
+) -> None:
+    begun: list[object] = []
+    usual = distributed.Client
+
+    def late(place: object, timeout: float) -> object:
+        begun.append(place)
+        assert len(begun) > 1, "its loop has not started"
+        return usual(place, timeout=timeout)
+
+    monkeypatch.setattr(distributed, "Client", late)
+    assert text(run(draws(), SEEDS, shared=2.0, threads=2)) == alone
+    assert len(begun) == 2
 
 
 @pytest.fixture(scope="module")
