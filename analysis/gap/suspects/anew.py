@@ -85,7 +85,7 @@ def anew(
         even = channels_alike(base)
         if not tuned and not start:
             yield louder(even), effect
-        if likeliest.misfit > MISFIT:
+        if likeliest is as_found or likeliest.misfit > MISFIT:
             yield counted(against(even, effect), case.fit_seen, known.scenery), effect
             yield from from_where_it_is()
         if likeliest is not as_found:
