@@ -18,8 +18,8 @@ from analysis.gap.calibrate.darks import (
     behind_rounding,
     black_by_light,
 )
-from analysis.gap.calibrate.fit import MORE_THAN_CHANCE, as_wide_as_twins
 from analysis.gap.calibrate.space import Space
+from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
 from analysis.gap.suspects.anew import channels_alike
@@ -231,27 +231,29 @@ def space_of_blocks(groups: int) -> Space:
 
 @pytest.mark.parametrize("of_a_body", [0.0, 0.5])
 def test_blocks_are_as_uncertain_as_twins_show_them(of_a_body: float) -> None:
-    """Twins with a pattern of variance b beside noise of variance v scatter by (v + b) / v of one
-    group. Of n groups against the mean of t twins the noise is v (1 / n + 1 / t) and the pattern
-    b (1 + 1 / t), so that variances grow by 1 + (b / v - d) (1 + 1 / t) / (1 / n + 1 / t) for the d
-    that chance may make; without a pattern they stay as they are. The variance of 8 twins of 1200
-    blocks is known to sqrt(2 / 8400): at 4.5 standard errors."""
+    """Twins with a pattern of variance b in the first two of three shots, the same in both, have
+    b (1 + 1 / t) (1, 1, 0)' (1, 1, 0) beyond their noise v (1 + 1 / t): an eigenvalue 2 b / v + 1,
+    of which what chance may have is not taken, and no other one. So many groups of a capture
+    average the noise, not the pattern. A variance of 8 twins of 400 blocks is known to
+    sqrt(2 / 2800): at 4.5 standard errors. Wider errors everywhere, whatever the shot, would fail
+    in the third."""
     rng = np.random.default_rng(6)
-    size = (BODIES, SHOTS_OF_IT, 1, BLOCKS)
-    means = np.sqrt(OWN_DN2) * rng.standard_normal(size)
-    means += np.sqrt(of_a_body) * rng.standard_normal(size)
+    means = np.sqrt(OWN_DN2) * rng.standard_normal((BODIES, SHOTS_OF_IT, 1, BLOCKS))
+    pattern = np.sqrt(of_a_body) * rng.standard_normal((BODIES, 1, 1, BLOCKS))
+    means[:, :2] += pattern
     twins = Observation(
         keys=(), figures=np.zeros((BODIES, 0)), shots=("a", "b", "c"), lit=frozenset(),
         channels=("Y",), means=means, noise=np.ones((3, 1)), grid=(20, 20), samples=1, frames=4,
     )  # fmt: skip
-    of_one, of_all = space_of_blocks(1), space_of_blocks(OWN_GROUPS)
-    of_one = dataclasses.replace(of_one, expected_means=means.mean(axis=0))
-    found = as_wide_as_twins(of_all, of_one, twins)
-    if of_a_body == 0:
-        assert found is of_all
-        return
-    ratio = of_a_body / OWN_DN2
-    wider = np.square(of_all.whitening[0, 0, 0, 0] / found.whitening[0, 0, 0, 0])
-    narrower = (1 + 1 / BODIES) / (1 / OWN_GROUPS + 1 / BODIES)
-    error = 4.5 * narrower * (1 + ratio) * np.sqrt(2 / (7 * SHOTS_OF_IT * BLOCKS))
-    assert wider == pytest.approx(1 + (ratio - MORE_THAN_CHANCE) * narrower, abs=error)
+    of_one = dataclasses.replace(space_of_blocks(1), expected_means=means.mean(axis=0))
+    found = beyond(of_one, twins)
+    of_all = widened(space_of_blocks(OWN_GROUPS), found)
+    edge = (1 + np.sqrt(SHOTS_OF_IT / (BLOCKS * (BODIES - 1)))) ** 2
+    both = 1 + 1 / BODIES
+    more = max(of_a_body - (edge - 1) * OWN_DN2 / 2, 0.0) * both
+    error = 4.5 * (of_a_body + OWN_DN2) * both * np.sqrt(2 / (BLOCKS * (BODIES - 1)))
+    noise = OWN_DN2 * (1 / OWN_GROUPS + 1 / BODIES)
+    expected = noise * np.eye(SHOTS_OF_IT)
+    expected[:2, :2] += more
+    root = np.linalg.inv(of_all.whitening[0, 0])
+    assert root @ root.T == pytest.approx(expected, abs=error)

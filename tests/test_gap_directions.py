@@ -15,7 +15,6 @@ import pytest
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit, around
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
-from analysis.gap.calibrate.space import space_of
 from analysis.gap.camera.twin import twin
 from analysis.gap.ready.setting import look
 from analysis.identifiability.known import base_of
@@ -54,7 +53,7 @@ def both() -> tuple[Fit, Directions]:
 @pytest.mark.parametrize("name", MOST_LEFT)
 def test_a_direction_is_the_same_by_other_random_numbers(name: str) -> None:
     fit, other = both()
-    space = space_of(fit.bodies, fit.variances, fit.base, fit.scenery, GROUPS, shares=fit.shares)
+    space = fit.space(GROUPS)
     turned = calibration(space, fit.ways)
     parts = []
     for k, knob in enumerate(other.knobs):

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit
-from analysis.gap.calibrate.space import space_of
 from analysis.gap.camera.twin import twin
 from analysis.gap.measure.signature import scaled, signature, starts, strengths
 from sensor.effect import Effect
@@ -79,8 +78,7 @@ def limits(
     watch: Callable[[str], None] = lambda name: None,
 ) -> dict[str, Limit]:
     """Detection limits by name of effect, in captures of so many groups of frames."""
-    space = space_of(known.bodies, known.variances, known.base, known.scenery, groups)
-    turned = calibration(space, known.ways)
+    turned = calibration(known.space(groups), known.ways)
     others = {
         seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
         for seed in LIMIT_SEEDS

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import Fit
-from analysis.gap.calibrate.space import space_of
 from analysis.gap.measure.signature import Signature, scaled, signature, signed
 from analysis.identifiability.limits import STANDARD_ERRORS, default_of
 from sensor.effect import Effect
@@ -111,7 +110,7 @@ class Prediction:
     def told_by(self, labels: Sequence[str], groups: int) -> Told:
         """What some of the shots tell with so many groups of frames each."""
         part = only(self.known, labels)
-        space = space_of(part.bodies, part.variances, part.base, part.scenery, groups)
+        space = part.space(groups)
         turned = calibration(space, part.ways)
         figures = [key.shot in set(labels) for key in self.known.bodies.keys]
         shots = [self.known.bodies.shots.index(label) for label in part.bodies.shots]
@@ -142,6 +141,7 @@ def only(known: Fit, labels: Sequence[str]) -> Fit:
         ),
         variances=known.variances[figures],
         shares=known.shares[figures],
+        more=known.more[..., shots, :][..., shots],
         ways=dataclasses.replace(
             known.ways,
             figures=known.ways.figures[:, figures],

@@ -13,6 +13,7 @@ from analysis.gap.calibrate.body_share import body_share
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
 from analysis.gap.calibrate.space import Space, figure_variances, space_of
+from analysis.gap.calibrate.wide import beyond, fair, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, twin
 from analysis.gap.look.observe import Key, Observation
@@ -85,6 +86,7 @@ class Fit:
         bodies: its twins, with texture.
         variances: of each figure of one group.
         shares: parts of these that are a body's.
+        more: covariance that blocks of its twins have beyond noise, fixed pattern and light.
         ways: what calibration can take up.
         picture: calibration of one group's mean image, by which texture is read.
         references: its twins of `FINAL_SEEDS`, textured like a capture.
@@ -96,6 +98,7 @@ class Fit:
     bodies: Observation
     variances: Floats
     shares: Floats
+    more: Floats
     ways: Directions
     picture: Calibration
     references: Mapping[int, Observation]
@@ -106,21 +109,25 @@ class Fit:
         Args:
             seen: the capture, textured.
         """
+        return calibration(self.space(seen.groups, seen=seen), self.ways)
+
+    def space(self, groups: int, *, floors: bool = True, seen: Observation | None = None) -> Space:
+        """Where captures of so many groups of frames are compared; see `space_of`."""
         space = space_of(
             self.bodies,
             self.variances,
             self.base,
             self.scenery,
-            seen.groups,
+            groups,
+            floors=floors,
             seen=seen,
             shares=self.shares,
         )
-        return calibration(space, self.ways)
+        return widened(space, self.more)
 
     def calibration_of_twins(self) -> Calibration:
         """The space in which its twins are compared with each other."""
-        space = space_of(self.bodies, self.variances, self.base, self.scenery, 1, floors=False)
-        return calibration(space, self.ways)
+        return calibration(self.space(1, floors=False), self.ways)
 
     def textured(self, seen: Observation) -> Observation:
         """An observation with the texture of its residual image, on this fit's keys."""
@@ -162,11 +169,6 @@ def with_texture(
     )
 
 
-def fair(count: int) -> float:
-    """What the difference of one of so many from their mean lacks, against that of another."""
-    return float(np.sqrt((count + 1) / (count - 1)))
-
-
 ALONE = 2.0
 """What one twin of many adds at most to a standard error, as a factor."""
 
@@ -190,32 +192,6 @@ def by_the_others(bodies: Observation, variances: Floats, scenery: Scenery) -> F
     return np.minimum(np.sqrt(variances / np.array(without)), ALONE)
 
 
-MORE_THAN_CHANCE = 0.1
-"""Part of the variance of blocks that a few twins may have beyond what is expected by chance."""
-
-
-def as_wide_as_twins(space: Space, of_one: Space, bodies: Observation) -> Space:
-    """A space whose blocks are as uncertain as twins show them.
-
-    An effect with another pattern in each body, hot pixels say, makes blocks scatter by more than
-    fixed pattern and light do. By errors that do not know of it the least of the effect would fit
-    best.
-
-    Args:
-        space: of a capture.
-        of_one: of one group of frames of the same camera.
-        bodies: twins of it.
-    """
-    first, count = len(space.keys), bodies.groups
-    each = [fair(count) * of_one.of(bodies, slice(k, k + 1))[first:] for k in range(count)]
-    excess = float(np.square(each).mean()) - 1.0 - MORE_THAN_CHANCE
-    if excess <= 0:
-        return space
-    # a body's pattern is not averaged over groups, as the noise beside it is
-    narrower = float(np.exp(2.0 * (of_one.log_widths - space.log_widths)[first:]).mean())
-    return dataclasses.replace(space, whitening=space.whitening / np.sqrt(1.0 + narrower * excess))
-
-
 def spaces_by(
     bodies: Observation, base: Base, scenery: Scenery, seen: Observation
 ) -> tuple[Space, Space]:
@@ -230,7 +206,8 @@ def spaces_by(
     variances = figure_variances(bodies, scenery.light.known)
     of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
     of_all = space_of(bodies, variances, base, scenery, seen.groups, seen=seen)
-    return as_wide_as_twins(of_all, of_one, bodies), as_wide_as_twins(of_one, of_one, bodies)
+    more = beyond(of_one, bodies)
+    return widened(of_all, more), widened(of_one, more)
 
 
 def chi2_of_twins(space: Space, bodies: Observation) -> float:
@@ -265,7 +242,9 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     variances = figure_variances(plain, scenery.light.known)
     other = moved_twins(base, scenery, some(alone, SEEDS), effects)
     plain_ways = directions(base, scenery, other)
-    picture = calibration(space_of(plain, variances, base, scenery, 1, floors=False), plain_ways)
+    of_one = space_of(plain, variances, base, scenery, 1, floors=False)
+    more = beyond(of_one, plain)
+    picture = calibration(widened(of_one, more), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
     again = together(
         twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
@@ -282,6 +261,7 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         bodies=bodies,
         variances=variances,
         shares=shares,
+        more=more,
         ways=ways,
         picture=picture,
         references={

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.gap.calibrate.fit import Fit, by_the_others, fair
+from analysis.gap.calibrate.fit import Fit, by_the_others
 from analysis.gap.calibrate.space import PRIOR_FREEDOM
+from analysis.gap.calibrate.wide import fair
 from analysis.gap.look.observe import Key
 
 Floats = NDArray[np.float64]
