@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.agreement import agreed
@@ -24,6 +25,8 @@ from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
 from analysis.gap.suspects.anew import channels_alike
 from sensor.protocol import Shot
+
+Floats = NDArray[np.float64]
 
 BLACK_DN, SHOWN_DN_PER_S = 4.3, 30.0
 READ_DN2, DARK_DN2_PER_S = 0.35, 4.0
@@ -215,45 +218,50 @@ def test_channels_that_are_alike_are_as_bright_as_before() -> None:
 
 
 BLOCKS, SHOTS_OF_IT, OWN_DN2, OWN_GROUPS, BODIES = 400, 3, 0.04, 4, 8
+OWN_BLACK_DN = 5.0
 
 
-def space_of_blocks(groups: int) -> Space:
+def space_of_blocks(groups: int, means_dn: Floats) -> Space:
     """Blocks of one channel: noise in time of so many groups of frames, and of the twins' mean."""
     variance = OWN_DN2 * (1 / groups + 1 / BODIES)
     covariance = np.broadcast_to(variance * np.eye(SHOTS_OF_IT), (1, BLOCKS, 3, 3))
     return Space(
-        keys=(), expected_figures=np.zeros(0),
-        expected_means=np.zeros((SHOTS_OF_IT, 1, BLOCKS)), spread=np.zeros(0),
+        keys=(), expected_figures=np.zeros(0), expected_means=means_dn, spread=np.zeros(0),
         whitening=np.linalg.inv(np.linalg.cholesky(covariance)),
         shape=(SHOTS_OF_IT, 1, BLOCKS),
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("of_a_body", [0.0, 0.5])
-def test_blocks_are_as_uncertain_as_twins_show_them(of_a_body: float) -> None:
-    """Twins with a pattern of variance b in the first two of three shots, the same in both, have
-    b (1 + 1 / t) (1, 1, 0)' (1, 1, 0) beyond their noise v (1 + 1 / t): an eigenvalue 2 b / v + 1,
-    of which what chance may have is not taken, and no other one. So many groups of a capture
-    average the noise, not the pattern. A variance of 8 twins of 400 blocks is known to
-    sqrt(2 / 2800): at 4.5 standard errors. Wider errors everywhere, whatever the shot, would fail
-    in the third."""
+@pytest.mark.parametrize(("added_dn2", "part"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.02)])
+def test_blocks_are_as_uncertain_as_twins_show_them(added_dn2: float, part: float) -> None:
+    """Of three shots of t twins the first is dark and the last has three times the light of the
+    second, of 20 to 100 DN from block to block. A pattern of variance a that all shots have adds
+    a (1 + 1 / t) to every variance and covariance of a block; one that takes a part p of the light
+    in the mean, p^2 m_s m_t (1 + 1 / t), as much as the block is bright and nothing in the dark.
+    Groups of a capture average the noise, not the pattern. A variance of 8 twins is known to
+    sqrt(2 / 2800), two terms of it to twice that: at 4.5 standard errors. One width for all shots
+    or all blocks would fail."""
     rng = np.random.default_rng(6)
-    means = np.sqrt(OWN_DN2) * rng.standard_normal((BODIES, SHOTS_OF_IT, 1, BLOCKS))
-    pattern = np.sqrt(of_a_body) * rng.standard_normal((BODIES, 1, 1, BLOCKS))
-    means[:, :2] += pattern
+    light_dn = np.linspace(20.0, 100.0, BLOCKS) * np.array([0.0, 1.0, 3.0])[:, None, None]
+    means = OWN_BLACK_DN + light_dn
+    means = means + np.sqrt(OWN_DN2) * rng.standard_normal((BODIES, SHOTS_OF_IT, 1, BLOCKS))
+    pattern = rng.standard_normal((BODIES, 1, 1, BLOCKS))
+    means += (np.sqrt(added_dn2) + part * light_dn) * pattern
     twins = Observation(
         keys=(), figures=np.zeros((BODIES, 0)), shots=("a", "b", "c"), lit=frozenset(),
         channels=("Y",), means=means, noise=np.ones((3, 1)), grid=(20, 20), samples=1, frames=4,
     )  # fmt: skip
-    of_one = dataclasses.replace(space_of_blocks(1), expected_means=means.mean(axis=0))
-    found = beyond(of_one, twins)
-    of_all = widened(space_of_blocks(OWN_GROUPS), found)
-    edge = (1 + np.sqrt(SHOTS_OF_IT / (BLOCKS * (BODIES - 1)))) ** 2
+    base: Any = SimpleNamespace(black_dn=np.array([OWN_BLACK_DN]))
+    of_one = space_of_blocks(1, means.mean(axis=0))
+    of_all = widened(space_of_blocks(OWN_GROUPS, means.mean(axis=0)), beyond(of_one, base, twins))
     both = 1 + 1 / BODIES
-    more = max(of_a_body - (edge - 1) * OWN_DN2 / 2, 0.0) * both
-    error = 4.5 * (of_a_body + OWN_DN2) * both * np.sqrt(2 / (BLOCKS * (BODIES - 1)))
     noise = OWN_DN2 * (1 / OWN_GROUPS + 1 / BODIES)
-    expected = noise * np.eye(SHOTS_OF_IT)
-    expected[:2, :2] += more
-    root = np.linalg.inv(of_all.whitening[0, 0])
-    assert root @ root.T == pytest.approx(expected, abs=error)
+    root = np.linalg.inv(of_all.whitening[0])
+    found = (root @ root.transpose(0, 2, 1))[[0, -1]]
+    for block, place in zip(found, (0, -1), strict=True):
+        light = light_dn[:, 0, place]
+        more = (added_dn2 + part**2 * light[:, None] * light) * both
+        expected = noise * np.eye(SHOTS_OF_IT) + more
+        own = np.diagonal(more) + OWN_DN2 * both
+        error = 4.5 * 2 * np.sqrt(2 / (BLOCKS * (BODIES - 1))) * np.sqrt(own[:, None] * own)
+        assert np.all(np.abs(block - expected) < error), (block, expected)

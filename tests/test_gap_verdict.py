@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.camera.base import Base
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observe import IMAGE, Key
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.report import NO_GAP, GapReport
@@ -198,17 +198,20 @@ def test_what_whole_codes_tell_stands_whatever_else_is_left(
     assert not conclude.elsewhere(of(lost), {"bit_truncation"})
 
 
-def against(spread: float, seen: np.ndarray, gap: float, family: str) -> Any:
+def against(spread: float, seen: np.ndarray, gap: float, family: str, p_value: float = 0.0) -> Any:
     """A capture whose figures are off by so much, held against a model of some spread."""
+    figures = 0 if family == IMAGE else len(seen)
     keys = tuple(
-        Key(shot=f"s{k}", lattice="G", family=family, statistic="x") for k in range(len(seen))
+        Key(shot=f"s{k}", lattice="G", family=family, statistic="x") for k in range(figures)
     )
     count = float(len(seen))
     of_twins = SimpleNamespace(
         residuals=np.zeros((16, len(seen))),
         expected=np.array([count]),
+        families=np.full(len(seen), family),
     )
     return SimpleNamespace(
+        whole=SimpleNamespace(p_value=p_value),
         held=SimpleNamespace(total=gap),
         left=seen / spread,
         rod=SimpleNamespace(
@@ -222,16 +225,27 @@ def against(spread: float, seen: np.ndarray, gap: float, family: str) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("family", "believed"), [("frames", True), ("pattern shape", True), ("texture", False)]
+    ("family", "p_left", "believed"),
+    [
+        ("frames", 0.0, True),
+        ("pattern shape", 0.0, True),
+        ("texture", 0.0, False),
+        ("texture", 0.5, True),
+        (IMAGE, 0.0, False),
+        (IMAGE, 0.5, True),
+    ],
 )
-def test_scatter_accounts_for_itself_and_width_does_not(family: str, believed: bool) -> None:
+def test_scatter_accounts_for_itself_and_width_does_not(
+    family: str, p_left: float, believed: bool
+) -> None:
     """Figures that scatter 4 times as wide as the model without a suspect says: its right amount
     takes nothing off by those errors. By its own ones -2 log L falls by 16 - 1 - ln 16 = 12 a
-    figure. That is believed of figures of noise and of pattern, and not of the picture."""
+    figure. That is believed of figures of noise and of pattern, and of the picture where nothing is
+    left that chance does not make."""
     seen = np.random.default_rng(12).normal(0, 4.0, 400)
     gap = float(np.square(seen).mean()) - 1.0
     found = dataclasses.replace(candidate("row_noise", 900.0), misfit=gap + 1.5)
-    now, after = against(1.0, seen, gap, family), against(4.0, seen, 0.0, family)
+    now, after = against(1.0, seen, gap, family), against(4.0, seen, 0.0, family, p_left)
     assert accounts(found, now, after) is believed
 
 

@@ -206,7 +206,7 @@ def spaces_by(
     variances = figure_variances(bodies, scenery.light.known)
     of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
     of_all = space_of(bodies, variances, base, scenery, seen.groups, seen=seen)
-    more = beyond(of_one, bodies)
+    more = beyond(of_one, base, bodies)
     return widened(of_all, more), widened(of_one, more)
 
 
@@ -243,7 +243,7 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     other = moved_twins(base, scenery, some(alone, SEEDS), effects)
     plain_ways = directions(base, scenery, other)
     of_one = space_of(plain, variances, base, scenery, 1, floors=False)
-    more = beyond(of_one, plain)
+    more = beyond(of_one, base, plain)
     picture = calibration(widened(of_one, more), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
     again = together(

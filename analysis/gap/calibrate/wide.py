@@ -1,13 +1,12 @@
 """How far blocks of a model's twins scatter beyond what noise, fixed pattern and light make.
 
-Dust, hot pixels and whatever else has another pattern in each body does so, and in the shots where
-it shows:
+Dust, hot pixels and whatever else has another pattern in each body does so. Of a pattern that adds
+to the signal m of a block in the shots s and t, or takes a part of it, the mean over twins is
 
-    C' = C + L (M - edge)+ L'        L L' = C,  M = mean of w w',  w = L^-1 (twin - mean of twins)
+    E[d_s d_t] - C_st = A_st + B_st m_s m_t
 
-with one M per channel for all blocks. A model whose C knew nothing of it would call every body but
-its own unlike it, and the least of the effect would fit best. Of S shots in n blocks independent
-noise alone has eigenvalues of M up to Marchenko and Pastur's edge, (1 + sqrt(S / n))^2.
+so that A and B are a regression over all blocks of a channel. A model whose C knew nothing of it
+would call every body but its own unlike it, and the least of the effect would fit best.
 """
 
 from __future__ import annotations
@@ -18,9 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import Space
+from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Observation
 
 Floats = NDArray[np.float64]
+
+TERMS = 2
+
+WEIGHED = 2
+"""Times the terms are fitted: the second time by errors that have the pattern in them."""
 
 
 def fair(count: int) -> float:
@@ -28,23 +33,53 @@ def fair(count: int) -> float:
     return float(np.sqrt((count + 1) / (count - 1)))
 
 
-def beyond(of_one: Space, bodies: Observation) -> Floats:
+def beyond(of_one: Space, base: Base, bodies: Observation) -> Floats:
     """Covariance that blocks of twins have beyond their space, (channels, blocks, shots, shots).
+
+    Independent noise alone of S shots in n blocks has eigenvalues up to Marchenko and Pastur's
+    edge, (1 + sqrt(S / n))^2 of its variance: so much is chance, for each of two terms.
 
     Args:
         of_one: of one group of frames of a camera.
+        base: the camera.
         bodies: twins of it.
     """
-    shots, channels, blocks = of_one.shape
-    count = bodies.groups
-    off = fair(count) * (bodies.means - of_one.expected_means)
-    white = np.einsum("cbst,ktcb->ckbs", of_one.whitening, off).reshape(channels, -1, shots)
-    seen = white.transpose(0, 2, 1) @ white / white.shape[1]
-    values, vectors = np.linalg.eigh(seen)
-    edge = (1.0 + np.sqrt(shots / ((count - 1) * blocks))) ** 2
-    excess = (vectors * np.maximum(values - edge, 0.0)[:, None, :]) @ vectors.transpose(0, 2, 1)
+    shots, _, blocks = of_one.shape
+    off = fair(bodies.groups) * (bodies.means - of_one.expected_means).transpose(2, 3, 0, 1)
     root = np.linalg.inv(of_one.whitening)
-    return np.asarray(root @ excess[:, None] @ root.transpose(0, 1, 3, 2))
+    known = root @ root.transpose(0, 1, 3, 2)
+    more = off.transpose(0, 1, 3, 2) @ off / bodies.groups - known
+    signal = np.maximum(of_one.expected_means - base.black_dn[:, None], 0.0).transpose(1, 2, 0)
+    product = signal[..., :, None] * signal[..., None, :]
+    chance = (1.0 + np.sqrt(TERMS * shots / ((bodies.groups - 1) * blocks))) ** 2 - 1.0
+    found = np.zeros_like(known)
+    for _ in range(WEIGHED):
+        fitted = _additive_and_part(more, product, known + found)
+        values, vectors = np.linalg.eigh(
+            of_one.whitening @ fitted @ of_one.whitening.transpose(0, 1, 3, 2)
+        )
+        size = np.sqrt(np.maximum(values - chance, 0.0))
+        factor = root @ (vectors * size[..., None, :])
+        found = factor @ factor.transpose(0, 1, 3, 2)
+    return np.asarray(found)
+
+
+def _additive_and_part(more: Floats, product: Floats, known: Floats) -> Floats:
+    """The two terms of a covariance that fit best, in each block: (channels, blocks, S, S).
+
+    Args:
+        more: what blocks have.
+        product: of the signals of two shots.
+        known: covariance by which products of two differences scatter.
+    """
+    own = np.diagonal(known, axis1=-2, axis2=-1)
+    weight = 1.0 / (own[..., :, None] * own[..., None, :] + np.square(known))
+    scale = np.maximum(product.mean(axis=1, keepdims=True), 1e-12)
+    terms = np.stack([np.ones_like(product), product / scale])
+    normal = np.einsum("ukbst,vkbst,kbst->kstuv", terms, terms, weight)
+    right = np.einsum("ukbst,kbst,kbst->kstu", terms, more, weight)
+    found = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ right[..., None]
+    return np.asarray(np.einsum("ukbst,kstu->kbst", terms, found[..., 0]))
 
 
 def widened(space: Space, by: Floats) -> Space:

@@ -15,6 +15,7 @@ from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature, starts, strengths
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.pursue import chosen_otherwise
+from analysis.gap.suspects.settle import settled
 from sensor.effect import Effect
 
 ANEW_STEPS = 5
@@ -24,6 +25,10 @@ ENOUGH = 1.05
 
 MISFIT = 1.2
 """Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
+
+SCATTERS = 0.5
+"""Part of the misfit by the errors of a model without a suspect that is left by its own, where it
+makes bodies differ."""
 
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
@@ -63,6 +68,13 @@ def anew(
     if start or found.misfit > LED_NOWHERE * without:
         effect, base = first, start or known.base
 
+    def scored(camera: Base, with_it: Effect) -> Candidate | None:
+        shown = signature(with_it, known, base=camera, seeds=FINAL_SEEDS)
+        return None if shown is None else candidate(case, shown, camera, found.absorbed)
+
+    if tuned and as_found.misfit < SCATTERS * found.misfit:
+        return scored(*settled(case, found.base, found.effect)) or found
+
     def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
         fitted = refine(
             begin,
@@ -72,10 +84,8 @@ def anew(
             steps=ANEW_STEPS if tuned else MOST_STEPS,
             tuned=found.name if tuned else "",
         )
-        shown = signature(fitted.effects[-1], known, base=fitted.base, seeds=FINAL_SEEDS)
-        if shown is None:
-            return found, as_found
-        return candidate(case, shown, fitted.base, found.absorbed), fitted
+        one = scored(fitted.base, fitted.effects[-1])
+        return (found, as_found) if one is None else (one, fitted)
 
     def ways() -> Iterator[tuple[Base, Effect]]:
         """Where to begin, the likeliest first."""

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.gap.look.observe import Key
 from analysis.gap.look.texture import FAMILY as TEXTURE
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.measure.twins_spread import believed
+from analysis.gap.verdict.verdict import SIGNIFICANCE
+
+Floats = NDArray[np.float64]
 
 TOO_WIDE = -0.3
 """G below which a model expects far more than these frames show: one body of it would not be so
@@ -42,7 +45,8 @@ def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
 
     Its signature takes a part of the gap off; or, if it makes figures scatter, which by the errors
     of a model without it leaves more than there was, the figures of the frames are likelier with
-    it. The picture has no say in that: every pattern closes it by being wide.
+    it. The picture has a say in that where nothing is left: a pattern is wide enough for whatever
+    is wrong with a picture, but does not look like it.
 
     Args:
         found: the suspect.
@@ -52,25 +56,35 @@ def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
     expected = float(now.case.fitting.spread.expected.sum())
     taken = float(np.square(now.case.fit_left).sum()) / expected - found.misfit
     whole = float(now.rod.spread.expected.sum())
-    likelier = _fall(_deviances(now), _deviances(after)) / whole
+    of_picture = after.whole.p_value >= SIGNIFICANCE
+    likelier = _fall(now, after, of_picture) / whole
     return gap < LARGE or max(taken, likelier) > LEAST_PART * gap
 
 
-def _deviances(one: Measured) -> dict[Key, float]:
-    """-2 log likelihood of each figure, by the model's own errors; of none of the picture."""
-    space, spread = one.rod.turned.space, one.rod.spread
-    z = believed(one.left[: len(space.keys)], len(spread.residuals))
-    figures = np.square(z) + 2.0 * space.log_widths[: len(space.keys)]
-    return {
-        key: float(figure)
-        for key, figure in zip(space.keys, figures, strict=True)
-        if key.family != TEXTURE
-    }
+def _fall(before: Measured, after: Measured, of_picture: bool) -> float:
+    """By how much -2 log likelihood falls, over the figures that both models have.
+
+    Args:
+        before, after: the capture against both, each by its own errors.
+        of_picture: whether texture and blocks count.
+    """
+    keys, others = (one.rod.turned.space.keys for one in (before, after))
+    first, second = _deviances(before), _deviances(after)
+    there = {key: place for place, key in enumerate(others)}
+    places = [
+        (place, there[key])
+        for place, key in enumerate(keys)
+        if key in there and (of_picture or key.family != TEXTURE)
+    ]
+    fall = sum(float(first[one] - second[other]) for one, other in places)
+    of_blocks = float(first[len(keys) :].sum() - second[len(others) :].sum())
+    return fall + of_blocks if of_picture else fall
 
 
-def _fall(before: Mapping[Key, float], after: Mapping[Key, float]) -> float:
-    """By how much it falls, over the figures that both models have."""
-    return sum(before[key] - after[key] for key in before if key in after)
+def _deviances(one: Measured) -> Floats:
+    """-2 log likelihood of each figure and each block, by the model's own errors."""
+    z = believed(one.left[: len(one.rod.spread.families)], len(one.rod.spread.residuals))
+    return np.asarray(np.square(z) + 2.0 * one.rod.turned.space.log_widths)
 
 
 WORTH_CLOSING = 0.02

@@ -1,0 +1,48 @@
+"""Fit an effect that makes bodies differ, in the space of a model that has it.
+
+Spots that lie elsewhere in each body leave the mean over bodies almost as it was. What there is of
+them is in how far blocks scatter, how far that reaches and to which side, and in units of the
+errors of a camera without spots all of them are beyond any scale. With them in the model the same
+figures tell their number, size and depth in two or three steps.
+"""
+
+from __future__ import annotations
+
+from analysis.gap.calibrate.fit import around
+from analysis.gap.calibrate.refine import tune, turn
+from analysis.gap.camera.base import Base
+from analysis.gap.measure.case import Case
+from analysis.gap.measure.distance import distance
+from analysis.gap.measure.twins_spread import spread_of
+from sensor.effect import Effect
+
+ROUNDS = 4
+
+FITS = 0.05
+"""Chance of what is left from which no further step is taken."""
+
+
+def settled(case: Case, base: Base, effect: Effect) -> tuple[Base, Effect]:
+    """The camera and the effect after some steps with everything known around both.
+
+    Args:
+        case: the capture; its frames that fit are used.
+        base: the camera.
+        effect: as it was found by the errors of a model without it.
+    """
+    known = case.known
+    best, nearest = (base, effect), float("inf")
+    for _ in range(ROUNDS):
+        model = around(base, known.scenery, (*known.effects, effect))
+        seen = model.textured(case.fit_seen)
+        turned = model.calibration_for(seen)
+        gap = turned.space.of(seen)
+        now = distance(turned.left(gap), spread_of(model, seen.groups))
+        if abs(now.total) > nearest:
+            break
+        best, nearest = (base, effect), abs(now.total)
+        if now.p_value >= FITS:
+            break
+        amounts = turned.amounts(gap)
+        base, effect = turn(base, model.ways, amounts), tune(effect, model.ways, amounts)
+    return best
