@@ -55,6 +55,10 @@ NEAR = 0.03
 ALIKE = 0.57
 """Correlation of a histogram with the comb of a gain that it has; others have up to 0.5."""
 
+MORE = 0.1
+"""By how much more a histogram is like its comb than that of green is like any: where noise is low,
+patches of a chart have teeth of their own, up to 0.57 of one null of 200."""
+
 BENT_ALIKE = 0.45
 """The same of a power, whose teeth are few where it is steep; others have 0.3."""
 
@@ -107,7 +111,9 @@ def _gains_of(counts: Mapping[str, Floats]) -> dict[str, tuple[float, bool] | No
             for channel, one in teeth.items():
                 if one is not None and first[channel] == low:
                     found[channel].append((*_fitting(one, GAINS, combs), float(at)))
-    return {channel: _roundest_pair(one) if one else None for channel, one in found.items()}
+    chance = max((alike for alike, _, _ in found["G"]), default=0.0)
+    least = {channel: ALIKE if channel == "G" else max(ALIKE, chance + MORE) for channel in found}
+    return {channel: _roundest_pair(one, least[channel]) for channel, one in found.items()}
 
 
 def _first(counts: Floats) -> int:
@@ -118,13 +124,15 @@ def _first(counts: Floats) -> int:
     return min(int(often[0]), len(counts) - WINDOWED) // STEP * STEP
 
 
-def _roundest_pair(found: Sequence[tuple[float, float, float]]) -> tuple[float, bool] | None:
+def _roundest_pair(
+    found: Sequence[tuple[float, float, float]], least: float
+) -> tuple[float, bool] | None:
     """Of likeness, gain and offset the gain that fits, and whether there is an offset.
 
     A little more gain is a little less offset: the roundest pair of those that fit alike.
     """
-    best = max(alike for alike, _, _ in found)
-    if best < ALIKE:
+    best = max((alike for alike, _, _ in found), default=0.0)
+    if best < least:
         return None
     _, off_zero, gain = min(
         (len(f"{gain:g}"), not _nothing(at, gain), gain)

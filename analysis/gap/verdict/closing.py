@@ -20,7 +20,7 @@ TOO_WIDE = -0.3
 """G below which a model expects far more than these frames show: one body of it would not be so
 like another one as this capture is like its own picture. Right models have 0 within 0.1."""
 
-LARGE = 0.3
+LARGE = 0.1
 """A gap from which the part of it that a suspect takes off means something."""
 
 LEAST_PART = 0.12

@@ -116,7 +116,7 @@ def choose(candidates: Sequence[Candidate]) -> Choice | None:
     drawn = [c for c in candidates[1:] if {c.name, best.name} <= DRAWN]
     rivals = [*drawn, *(c for c in near if c not in drawn)]
     by_name = probabilities(candidates)
-    most = MOST_OF_A_CROWD if drawn or len(near) > CLASS_SIZE else 1.0
+    most = MOST_OF_A_CROWD if best.name in DRAWN or len(near) > CLASS_SIZE else 1.0
     return Choice(
         best=best,
         alike=tuple(rivals[:CLASS_SIZE]),
