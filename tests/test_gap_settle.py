@@ -1,0 +1,67 @@
+"""Dust is fitted in the space of a camera that has dust.
+
+Of n shadows of depth d and diameter D the light of a block has a variance that grows with
+n d^2 D^2, whichever of the three it is; that much frames of one body tell. Areas of shadows, of
+diameters from half to three halves of D, scatter by half of their mean, so that 24 of them, some
+over the edge, make it known to a tenth or two; 0.6 is three times that.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from analysis.gap.calibrate.fit import around
+from analysis.gap.measure.case import Case
+from analysis.gap.measure.distance import distance
+from analysis.gap.measure.measured import measured
+from analysis.gap.measure.twins_spread import spread_of
+from analysis.gap.ready.setting import look
+from analysis.gap.suspects.settle import settled
+from analysis.identifiability.known import base_of
+from sensor.effect import Effect
+from sensor.effects.dust_shadow import DustShadow
+from sensor.record import record
+from tests.test_gap_diagnose import PROTOCOL, camera, light
+
+DUST = DustShadow(number=24.0, diameter_px=10.0, depth=0.15)
+BEYOND_DOUBT = 1e-20
+
+
+@functools.cache
+def dusty() -> Case:
+    """A capture with dust against the camera without."""
+    taken = camera().plus(DUST).with_body(5)
+    setting = look(
+        record(taken, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=5), {"lamp": light()}
+    )
+    assert setting is not None
+    known = around(base_of(camera(), ["lamp"]), setting.scenery)
+    return measured(known, setting.seen).case
+
+
+def power(dust: Effect) -> float:
+    """What shadows do to the variance of the light."""
+    assert isinstance(dust, DustShadow)
+    return dust.number * (dust.depth * dust.diameter_px) ** 2
+
+
+def left(effect: Effect) -> float:
+    """Chance of what a camera with so much dust leaves of the frames that score."""
+    case = dusty()
+    model = around(case.known.base, case.known.scenery, (effect,))
+    seen = model.textured(case.score_seen)
+    turned = model.calibration_for(seen)
+    spread = spread_of(model, seen.groups)
+    return distance(turned.left(turned.space.of(seen)), spread).p_value
+
+
+def test_dust_is_as_much_as_bodies_differ() -> None:
+    start = DustShadow()
+    assert power(start) < power(DUST) / 10
+    assert left(start) < BEYOND_DOUBT
+    case = dusty()
+    _, found = settled(case, case.known.base, start)
+    assert left(found) > 0.01
+    assert power(found) == pytest.approx(power(DUST), rel=0.6)
