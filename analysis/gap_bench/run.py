@@ -25,7 +25,7 @@ from analysis.gap.look.shots import GROUP_FRAMES, MOST_GROUPS
 from analysis.gap_bench.cases import all_cases, suspects
 from analysis.gap_bench.draw import middle
 from analysis.gap_bench.examine import Bench, Diagnose, examine
-from analysis.gap_bench.severity import calibrated, limits_of
+from analysis.gap_bench.severity import fit_of, limits_of
 from analysis.identifiability.known import small_light
 from analysis.identifiability.limits import Limit, limits
 from foundation.documents import parse_json
@@ -97,7 +97,7 @@ def known_limits(place: Place, images: Mapping[str, RateImage], say: Say) -> dic
     found = read_limits(place.limits) if place.limits.is_file() else {}
     missing = [name for name in suspects() if name not in found]
     if missing:
-        known, groups = calibrated(middle(place.height, place.width), images, place.frames)
+        known, groups = fit_of(middle(place.height, place.width), images, place.frames)
         for name in missing:
             say(f"detection limit of {name}")
             found |= limits(known, groups, [effect(name)])

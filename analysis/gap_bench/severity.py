@@ -22,7 +22,7 @@ from sensor.catalogue import effect
 from sensor.record import record
 
 
-def calibrated(camera: Camera, light: Mapping[str, RateImage], frames: int) -> tuple[Fit, int]:
+def fit_of(camera: Camera, light: Mapping[str, RateImage], frames: int) -> tuple[Fit, int]:
     """A camera without effects as calibration would have it, and how many groups its shots have.
 
     Args:
@@ -46,7 +46,7 @@ def limits_of(
     """Detection limits of some effects in what one camera takes."""
     if not names:
         return {}
-    known, groups = calibrated(camera, light, frames)
+    known, groups = fit_of(camera, light, frames)
     return limits(known, groups, [effect(name) for name in names])
 
 

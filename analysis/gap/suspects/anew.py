@@ -89,12 +89,13 @@ def anew(
 
     def ways() -> Iterator[tuple[Base, Effect]]:
         """Where to begin, the likeliest first."""
-        if "G" not in base.channels:
-            yield from from_where_it_is()
-            return
-        even = channels_alike(base)
+        coloured = "G" in base.channels
+        even = channels_alike(base) if coloured else base
         if not tuned and not start:
             yield louder(even), effect
+        if not coloured:
+            yield from from_where_it_is()
+            return
         if likeliest is as_found or likeliest.misfit > MISFIT:
             yield counted(against(even, effect), case.fit_seen, known.scenery), effect
             yield from from_where_it_is()
