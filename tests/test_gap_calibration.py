@@ -23,7 +23,7 @@ from analysis.gap.calibrate.space import Space
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
-from analysis.gap.suspects.anew import channels_alike
+from analysis.gap.suspects.beginnings import channels_alike
 from sensor.protocol import Shot
 
 Floats = NDArray[np.float64]

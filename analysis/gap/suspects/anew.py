@@ -9,12 +9,12 @@ import numpy as np
 
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, counted, refine, refined
-from analysis.gap.camera.base import Base, Floats
+from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
-from analysis.gap.measure.signature import signature, starts, strengths
+from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.pursue import chosen_otherwise
+from analysis.gap.suspects.beginnings import channels_alike, choices, louder
 from analysis.gap.suspects.settle import settled
 from sensor.effect import Effect
 
@@ -112,7 +112,7 @@ def anew(
         for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES):
             if rule in known.scenery.rules and rule != as_counted.arithmetic:
                 yield dataclasses.replace(base, arithmetic=rule), effect
-        for other in _choices(effect):
+        for other in choices(effect):
             yield as_counted, other
 
     for way in ways():
@@ -123,52 +123,3 @@ def anew(
         if likeliest.misfit <= ENOUGH:
             break
     return best
-
-
-LOUDER = 4.0
-"""Times the variance of the read noise: what a codec leaves of twice the noise is not seen."""
-
-
-def louder(base: Base) -> Base:
-    """The base with twice the read noise, of a camera that counts in fractions: a codec takes noise
-    away, and darks that are left without any tell no small step back to it.
-    """
-    return dataclasses.replace(base, read_dn2=LOUDER * base.read_dn2, arithmetic=IN_FRACTIONS)
-
-
-def channels_alike(base: Base) -> Base:
-    """The base with the figures of green in all channels, as bright as it is: what mixes colours
-    hides those of red and blue, the black level by tenths of a DN, and no small step leads back.
-    """
-    green = base.channels.index("G")
-    factor = base.gain_dn_per_e[green] / base.gain_dn_per_e
-
-    def everywhere(values: Floats) -> Floats:
-        return np.full_like(values, values[green])
-
-    return dataclasses.replace(
-        base,
-        gain_dn_per_e=everywhere(base.gain_dn_per_e),
-        black_dn=everywhere(base.black_dn),
-        read_dn2=everywhere(base.read_dn2),
-        fpn_dn2=everywhere(base.fpn_dn2),
-        prnu2=everywhere(base.prnu2),
-        level={lamp: level / factor for lamp, level in base.level.items()},
-    )
-
-
-def _choices(effect: Effect) -> list[Effect]:
-    """The same effect with a choice made differently, or with another of its strengths."""
-    others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
-    return chosen_otherwise(effect) + [
-        one for on, one in others.items() if on != _strengths_on(effect)
-    ]
-
-
-def _strengths_on(effect: Effect) -> frozenset[str]:
-    """Names of the strengths that are not where the effect vanishes."""
-    return frozenset(
-        p.name
-        for p in strengths(type(effect))
-        if not p.whole and getattr(effect, p.name) != p.identity
-    )

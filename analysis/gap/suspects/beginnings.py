@@ -1,0 +1,62 @@
+"""Where to begin with a suspect: other cameras from which no small step leads to the right one, and
+other choices of the effect."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from analysis.gap.camera.base import Base, Floats
+from analysis.gap.look.arithmetic import IN_FRACTIONS
+from analysis.gap.measure.signature import starts, strengths
+from analysis.gap.suspects.pursue import chosen_otherwise
+from sensor.effect import Effect
+
+LOUDER = 4.0
+"""Times the variance of the read noise: what a codec leaves of twice the noise is not seen."""
+
+
+def louder(base: Base) -> Base:
+    """The base with twice the read noise, of a camera that counts in fractions: a codec takes noise
+    away, and darks that are left without any tell no small step back to it.
+    """
+    return dataclasses.replace(base, read_dn2=LOUDER * base.read_dn2, arithmetic=IN_FRACTIONS)
+
+
+def channels_alike(base: Base) -> Base:
+    """The base with the figures of green in all channels, as bright as it is: what mixes colours
+    hides those of red and blue, the black level by tenths of a DN, and no small step leads back.
+    """
+    green = base.channels.index("G")
+    factor = base.gain_dn_per_e[green] / base.gain_dn_per_e
+
+    def everywhere(values: Floats) -> Floats:
+        return np.full_like(values, values[green])
+
+    return dataclasses.replace(
+        base,
+        gain_dn_per_e=everywhere(base.gain_dn_per_e),
+        black_dn=everywhere(base.black_dn),
+        read_dn2=everywhere(base.read_dn2),
+        fpn_dn2=everywhere(base.fpn_dn2),
+        prnu2=everywhere(base.prnu2),
+        level={lamp: level / factor for lamp, level in base.level.items()},
+    )
+
+
+def choices(effect: Effect) -> list[Effect]:
+    """The same effect with a choice made differently, or with another of its strengths."""
+    others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
+    return chosen_otherwise(effect) + [
+        one for on, one in others.items() if on != _strengths_on(effect)
+    ]
+
+
+def _strengths_on(effect: Effect) -> frozenset[str]:
+    """Names of the strengths that are not where the effect vanishes."""
+    return frozenset(
+        p.name
+        for p in strengths(type(effect))
+        if not p.whole and getattr(effect, p.name) != p.identity
+    )
