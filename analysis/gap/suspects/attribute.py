@@ -18,7 +18,6 @@ from analysis.gap.measure.signature import (
 )
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.anew import MISFIT, anew
-from analysis.gap.suspects.first_look import WORTH_A_LOOK
 from analysis.gap.suspects.likelihood import judged
 from analysis.gap.suspects.pursue import LONG, pursue
 
@@ -27,6 +26,9 @@ ROUNDS = 2
 
 RIGHT = (0.75, 1.33)
 """An amount in this range needs no further round."""
+
+WORTH_A_LOOK = 6.0
+"""A suspect that takes less off chi-squared is not followed."""
 
 ADAPTED = 7
 FINALISTS = 3

@@ -25,8 +25,9 @@ from analysis.gap.ready.hints import Hints, Told
 from sensor.colours import Colours
 from sensor.effect import Effect
 
-WORTH_A_LOOK = 6.0
-"""A suspect that takes less off chi-squared is not followed."""
+WORTH_A_SECOND = 14.0
+"""Promise that is worth a second look: a suspect needs as high a score to be named, and families
+promise half of that by chance."""
 
 PROMISING = 0.05
 """Part of the best promise that is worth a second look: a suspect is a finalist from a fifth of the
@@ -66,7 +67,7 @@ def closer(
     shown: Sequence[Signature],
     watch: Callable[[str], None] = lambda name: None,
     *,
-    least: float = WORTH_A_LOOK,
+    least: float = WORTH_A_SECOND,
 ) -> list[Signature]:
     """The same signatures, those that promise something by both sets of random numbers.
 
