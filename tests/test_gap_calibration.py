@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import stats
 
 from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.agreement import agreed
@@ -19,7 +20,7 @@ from analysis.gap.calibrate.darks import (
     behind_rounding,
     black_by_light,
 )
-from analysis.gap.calibrate.space import Space
+from analysis.gap.calibrate.space import Space, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
@@ -265,3 +266,22 @@ def test_blocks_are_as_uncertain_as_twins_show_them(added_dn2: float, part: floa
         own = np.diagonal(more) + OWN_DN2 * both
         error = 4.5 * 2 * np.sqrt(2 / (BLOCKS * (BODIES - 1))) * np.sqrt(own[:, None] * own)
         assert np.all(np.abs(block - expected) < error), (block, expected)
+
+
+@pytest.mark.parametrize(("moved", "chance"), [(1, 3 / 19), (2, 3 / 171), (3, 1 / 969)])
+def test_a_figure_that_no_twin_moved_is_as_rare_as_groups_say(moved: int, chance: float) -> None:
+    """Of 16 twins and 3 groups of a capture those that move are by chance all in the capture as
+    often as 3 of 19 are drawn: 3/19, 3/19 2/18, 3/19 2/18 1/17. How far they move counts nothing; a
+    figure that moves in twins has an error of its own, one that stays needs none."""
+    one = Observation(
+        keys=(), figures=np.zeros((16, 3)), shots=(), lit=frozenset(), channels=(),
+        means=np.zeros((16, 0, 0, 0)), noise=np.ones((0, 0)), grid=(1, 1), samples=1, frames=4,
+    )  # fmt: skip
+    one.figures[3, 1] = 0.1
+    figures = np.zeros((3, 3))
+    figures[:moved, :2] = 0.7
+    seen = dataclasses.replace(one, figures=figures)
+    errors = never_moved(one, seen)
+    z = figures.mean(axis=0)[0] / errors[0]
+    assert 2 * stats.norm.sf(z) == pytest.approx(chance)
+    assert list(errors[1:]) == [0.0, 0.0]

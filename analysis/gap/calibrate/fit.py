@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.body_share import body_share
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
-from analysis.gap.calibrate.space import Space, figure_variances, space_of
+from analysis.gap.calibrate.space import Space, figure_variances, never_moved, space_of
 from analysis.gap.calibrate.wide import beyond, fair, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, twin
@@ -109,7 +109,9 @@ class Fit:
         Args:
             seen: the capture, textured.
         """
-        return calibration(self.space(seen.groups, seen=seen), self.ways)
+        space = self.space(seen.groups, seen=seen)
+        spread = np.hypot(space.spread, never_moved(self.bodies, seen))
+        return calibration(dataclasses.replace(space, spread=spread), self.ways)
 
     def space(self, groups: int, *, floors: bool = True, seen: Observation | None = None) -> Space:
         """Where captures of so many groups of frames are compared; see `space_of`."""

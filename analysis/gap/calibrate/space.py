@@ -12,9 +12,11 @@ of its slope, because edges are never where one thinks.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from analysis.gap.calibrate.body_share import usual_share
 from analysis.gap.camera.base import Base
@@ -142,6 +144,30 @@ def figure_variances(twins: Observation, known: bool = True) -> Floats:
         ]
         variances[silent] *= NOTHING**2
     return np.asarray(variances)
+
+
+def never_moved(twins: Observation, seen: Observation) -> Floats:
+    """Standard errors of figures that are the same in all twins, (figures,); 0 for the others.
+
+    Where a code changes once in a hundred frames a figure may be 0 in every twin and not in the
+    capture, and nobody knows how far it goes. Groups of frames are alike where nothing is wrong, so
+    that k of the n + g that move are all among the g of the capture with a chance of
+
+        C(g, k) / C(n + g, k)
+
+    and the difference counts as many standard errors as a normal one of that chance.
+
+    Args:
+        twins: groups of the model.
+        seen: groups of the capture, with the same keys.
+    """
+    still = np.ptp(twins.figures, axis=0) == 0
+    moved = np.count_nonzero(seen.figures != twins.figures[0], axis=0)
+    n, g = twins.groups, seen.groups
+    chances = np.array([comb(g, k) / comb(n + g, k) for k in range(g + 1)])
+    counts = stats.norm.isf(chances / 2)[moved]
+    off = np.abs(seen.figures.mean(axis=0) - twins.figures[0])
+    return np.where(still & (moved > 0), off / np.maximum(counts, 1e-9), 0.0)
 
 
 def space_of(
