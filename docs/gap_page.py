@@ -9,6 +9,7 @@ from typing import Any
 
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
+from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import MOST_EFFECTS
 from analysis.gap.verdict.verdict import (
     CLASS_SIZE,
@@ -31,6 +32,8 @@ FIGURES = {
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
     "KEY_SHOTS": f"{KEY_SHOTS}",
     "LIGHT_FLOOR": f"{100 * LIGHT_FLOOR:g} %",
+    "LARGE": f"{LARGE:g}",
+    "LEAST_PART": f"{LEAST_PART:g}",
     "EDGE_FLOOR_PX": f"{EDGE_FLOOR_PX:g}",
     "EQUIVALENT": f"{100 * EQUIVALENT:g} %",
     "SIGNIFICANCE": f"{SIGNIFICANCE:g}",

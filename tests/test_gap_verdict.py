@@ -137,6 +137,14 @@ def test_a_crowd_is_no_answer() -> None:
     assert found.probability <= MOST_OF_A_CROWD
 
 
+def test_a_pattern_that_lies_elsewhere_is_never_certain() -> None:
+    """Not where the other one may not be named either."""
+    found = choose([candidate("dust_shadow", 900.0), candidate("smear", 20.0)])
+    assert found is not None
+    assert found.alike == ()
+    assert found.probability <= MOST_OF_A_CROWD
+
+
 def test_a_clear_suspect_is_nearly_certain() -> None:
     """And probabilities leave room for none of them."""
     scores = probabilities([candidate("row_noise", 200.0), candidate("flicker_noise", 60.0)])

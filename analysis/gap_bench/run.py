@@ -1,7 +1,7 @@
 """The bench as files in a folder: light, detection limits, and one line for each case.
 
     light-160x120/rate-<lamp>.exr        rendered once
-    limits-160x120x24.json               once for each size
+    limits-160x120x24-<code>.json        once for each size
     cases-160x120x24-seed0-<code>.jsonl  one line a case; <code> changes with the diagnosis
 
 Results of two versions of the diagnosis never stand in one file.
@@ -67,8 +67,8 @@ class Place:
 
     @property
     def limits(self) -> Path:
-        """The file of the detection limits."""
-        return self.out / f"limits-{self.size}.json"
+        """The file of the detection limits, for the code that stands here."""
+        return self.out / f"limits-{self.size}-{code()}.json"
 
 
 def code() -> str:

@@ -57,7 +57,7 @@ ALIKE = 0.57
 
 MORE = 0.1
 """By how much more a histogram is like its comb than that of green is like any: where noise is low,
-patches of a chart have teeth of their own, up to 0.57 of one null of 200."""
+patches of a chart have teeth of their own, and few codes are like some gain by chance."""
 
 BENT_ALIKE = 0.45
 """The same of a power, whose teeth are few where it is steep; others have 0.3."""
