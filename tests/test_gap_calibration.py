@@ -233,6 +233,17 @@ def space_of_blocks(groups: int, means_dn: Floats) -> Space:
     )  # fmt: skip
 
 
+def twins_of_blocks(means_dn: Floats, lit: str = "") -> Observation:
+    """Twins of which nothing but the blocks of three shots is known, (bodies, 3, 1, blocks)."""
+    return Observation(
+        keys=(), figures=np.zeros((BODIES, 0)), shots=("a", "b", "c"), lit=frozenset(lit),
+        channels=("Y",), means=means_dn, noise=np.ones((3, 1)), grid=(20, 20), samples=1, frames=4,
+    )  # fmt: skip
+
+
+DARK_BASE: Any = SimpleNamespace(black_dn=np.array([OWN_BLACK_DN]))
+
+
 @pytest.mark.parametrize(("added_dn2", "part"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.02)])
 def test_blocks_are_as_uncertain_as_twins_show_them(added_dn2: float, part: float) -> None:
     """Of three shots of t twins the first is dark and the last has three times the light of the
@@ -248,13 +259,10 @@ def test_blocks_are_as_uncertain_as_twins_show_them(added_dn2: float, part: floa
     means = means + np.sqrt(OWN_DN2) * rng.standard_normal((BODIES, SHOTS_OF_IT, 1, BLOCKS))
     pattern = rng.standard_normal((BODIES, 1, 1, BLOCKS))
     means += (np.sqrt(added_dn2) + part * light_dn) * pattern
-    twins = Observation(
-        keys=(), figures=np.zeros((BODIES, 0)), shots=("a", "b", "c"), lit=frozenset(),
-        channels=("Y",), means=means, noise=np.ones((3, 1)), grid=(20, 20), samples=1, frames=4,
-    )  # fmt: skip
-    base: Any = SimpleNamespace(black_dn=np.array([OWN_BLACK_DN]))
-    of_one = space_of_blocks(1, means.mean(axis=0))
-    of_all = widened(space_of_blocks(OWN_GROUPS, means.mean(axis=0)), beyond(of_one, base, twins))
+    more = beyond(
+        space_of_blocks(1, means.mean(axis=0)), DARK_BASE, twins_of_blocks(means, lit="bc")
+    )
+    of_all = widened(space_of_blocks(OWN_GROUPS, means.mean(axis=0)), more)
     both = 1 + 1 / BODIES
     noise = OWN_DN2 * (1 / OWN_GROUPS + 1 / BODIES)
     root = np.linalg.inv(of_all.whitening[0])
@@ -266,6 +274,25 @@ def test_blocks_are_as_uncertain_as_twins_show_them(added_dn2: float, part: floa
         own = np.diagonal(more) + OWN_DN2 * both
         error = 4.5 * 2 * np.sqrt(2 / (BLOCKS * (BODIES - 1))) * np.sqrt(own[:, None] * own)
         assert np.all(np.abs(block - expected) < error), (block, expected)
+
+
+def test_spots_of_twins_do_not_tell_where_those_of_another_body_are() -> None:
+    """In a dark all blocks are alike, and a spot of a twin is as likely in each. A capture whose
+    spots lie elsewhere is as near as a twin where blocks with a spot have the width of those
+    without. By the brightness of the mean over twins they differ hundreds of times."""
+    rng = np.random.default_rng(8)
+    exposures = np.array([1.0, 4.0, 4.0])[:, None, None]
+    dark_dn = OWN_BLACK_DN + 0.1 * exposures
+    spots = rng.exponential(5.0, (BODIES, 1, 1, BLOCKS)) * (
+        rng.random((BODIES, 1, 1, BLOCKS)) < 0.02
+    )
+    means = dark_dn + exposures * spots
+    means = means + np.sqrt(OWN_DN2) * rng.standard_normal(means.shape)
+    twins = twins_of_blocks(means)
+    more = beyond(space_of_blocks(1, means.mean(axis=0)), DARK_BASE, twins)[0]
+    spotted = spots.any(axis=(0, 1, 2))
+    width = np.diagonal(more, axis1=-2, axis2=-1)
+    assert width[spotted].mean(axis=0) == pytest.approx(width[~spotted].mean(axis=0), rel=1e-9)
 
 
 @pytest.mark.parametrize(("moved", "chance"), [(1, 3 / 19), (2, 3 / 171), (3, 1 / 969)])

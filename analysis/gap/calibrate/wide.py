@@ -49,7 +49,7 @@ def beyond(of_one: Space, base: Base, bodies: Observation) -> Floats:
     root = np.linalg.inv(of_one.whitening)
     known = root @ root.transpose(0, 1, 3, 2)
     more = off.transpose(0, 1, 3, 2) @ off / bodies.groups - known
-    signal = np.maximum(of_one.expected_means - base.black_dn[:, None], 0.0).transpose(1, 2, 0)
+    signal = _signal(base, bodies)
     product = signal[..., :, None] * signal[..., None, :]
     chance = (1.0 + np.sqrt(TERMS * shots / ((bodies.groups - 1) * blocks))) ** 2 - 1.0
     found = np.zeros_like(known)
@@ -62,6 +62,18 @@ def beyond(of_one: Space, base: Base, bodies: Observation) -> Floats:
         factor = root @ (vectors * size[..., None, :])
         found = factor @ factor.transpose(0, 1, 3, 2)
     return np.asarray(found)
+
+
+def _signal(base: Base, bodies: Observation) -> Floats:
+    """Of blocks above black, (channels, blocks, shots): the typical twin's.
+
+    A hot photosite in one twin must not make its block a brighter one than others, where the next
+    body has its own. In the dark nothing else tells blocks from each other.
+    """
+    above = np.median(bodies.means, axis=0) - base.black_dn[:, None]
+    dark = [shot not in bodies.lit for shot in bodies.shots]
+    above[dark] = np.median(above[dark], axis=-1, keepdims=True)
+    return np.asarray(np.maximum(above, 0.0).transpose(1, 2, 0))
 
 
 def _additive_and_part(more: Floats, product: Floats, known: Floats) -> Floats:
