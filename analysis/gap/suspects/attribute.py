@@ -86,12 +86,15 @@ def attribute(
         candidates.append(pursue(case, found))
     expected = float(case.fitting.spread.expected.sum())
     without = float(np.square(case.fit_left).sum()) / expected
+    most = max((c.score for c in candidates[len(evident) :]), default=0.0)
     for place, found in enumerate(finalists, start=len(evident)):
         # the strongest effect is the first, and calibration has known it since
         if case.known.effects or any(c.misfit <= MISFIT for c in candidates):
             break
         far = candidates[place].misfit > FAR_WORSE * without
-        if found.score > RIVAL * likely[0].score and not far:
+        # a pursuit may lead nowhere, and it may lead past the one that looked best before
+        rival = found.score > RIVAL * likely[0].score or candidates[place].score > RIVAL * most
+        if rival and not far:
             watch(found.name)
             candidates[place] = anew(case, candidates[place], found.effect)
     # calibrated with its own suspect, a camera's errors may be others: scores say little of that
