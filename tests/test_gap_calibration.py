@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from scipy import stats
 
 from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.agreement import agreed
+from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.darks import (
     NODES,
     WEIGHTS,
@@ -24,6 +25,8 @@ from analysis.gap.calibrate.space import Space, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import Key, Observation
+from analysis.gap.measure.distance import Yardstick
+from analysis.gap.measure.measured import errors_of
 from analysis.gap.suspects.beginnings import channels_alike
 from sensor.protocol import Shot
 
@@ -159,10 +162,13 @@ def image(picture: np.ndarray, change: np.ndarray) -> tuple[Observation, Observa
     return before, dataclasses.replace(before, means=(picture + change)[None])
 
 
-def changed(truth: np.ndarray, noise: float, of_bodies: float = 0.0) -> np.ndarray:
-    """What two sets of random numbers agree on of a change of one picture."""
+def changed(
+    truth: np.ndarray, noise: float, of_bodies: float = 0.0, alike: bool = False
+) -> np.ndarray:
+    """What two sets of random numbers agree on of a change of pictures."""
     rng = np.random.default_rng(7)
-    picture = rng.uniform(20.0, 200.0, truth.shape)
+    pictures = rng.uniform(20.0, 200.0, truth.shape)
+    picture = np.broadcast_to(pictures[0, 0], truth.shape) if alike else pictures
     pairs = [
         image(picture, truth + rng.normal(0, noise, truth.shape)
               + rng.normal(0, of_bodies, truth.shape)) for _ in range(2)
@@ -185,6 +191,32 @@ def test_an_amount_along_an_image_is_right_whatever_its_noise() -> None:
     truth = np.random.default_rng(3).normal(0, 0.3, (2, 3, BLOCKS))
     drawn = changed(truth, noise=0.3)
     assert (truth * drawn).sum() / (drawn * drawn).sum() == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_shape_that_all_shots_share_has_the_noise_of_one() -> None:
+    """Vignetting takes the same part of every shot and colour. A matrix of one shape, R rows of B
+    blocks, is known to a square of (R + B) times that of a block; row by row it is R times B, six
+    times as much."""
+    rng = np.random.default_rng(9)
+    rows, noise = 2 * 3, 0.3
+    truth = rng.uniform(1, 3, (2, 3, 1)) * rng.normal(0, 0.5, BLOCKS)
+    missed = np.square(changed(truth, noise, alike=True) - truth).sum()
+    of_a_block = noise**2 / 2
+    assert missed == pytest.approx((rows + BLOCKS) * of_a_block, rel=0.25)
+    assert missed < 0.25 * rows * BLOCKS * of_a_block
+
+
+def test_a_prior_that_keeps_steps_short_is_no_knowledge() -> None:
+    """Of a direction that is L errors long with a prior of 1, the variance is 1 / (L^2 + 1), and
+    1 / L^2 without the prior; one of which frames tell less than the prior has no error. What twins
+    scatter is larger by 1 + 1 / L^2, as the prior has drawn it to zero by that."""
+    lengths = np.array([4.0, 0.5, 2.0])
+    solve = np.diag(1.0 / np.sqrt(lengths**2 + 1.0))
+    turned = Calibration(space=cast(Space, None), q=np.eye(3), solve=solve, priors=np.ones(3))
+    scatter = np.array([0.1, 0.1, 0.8])
+    spread: Any = SimpleNamespace(errors=lambda groups: scatter)
+    found = errors_of(Yardstick(turned=turned, spread=spread), groups=3)
+    assert found == pytest.approx([1 / 4, np.inf, 0.8 * (1 + 1 / 4)])
 
 
 def test_a_pattern_of_each_body_is_no_template() -> None:

@@ -16,7 +16,7 @@ from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observe import Stack, View, observe
 from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.group import Group, crossed
-from analysis.gap.look.statistics.structure import columns, neighbours, rows, time
+from analysis.gap.look.statistics.structure import columns, frames, neighbours, rows, time
 from analysis.gap.look.statistics.surface import surface
 from analysis.gap.ready.hints import period_px
 from sensor.demosaicers import colour_demosaicing
@@ -60,6 +60,25 @@ def test_row_noise_is_a_share_of_the_variance(part: float) -> None:
     independent = rng.normal(0, part * SIGMA, (FRAMES, HEIGHT, WIDTH))
     impostor = rows(group(independent))["row correlation"]
     assert abs(impostor - expected) > 5 * error
+
+
+def test_frames_that_drift_wander_and_frames_that_jump_do_not() -> None:
+    """In units of the mean plus 1, over the p pixels of a frame: a slope b per frame has a variance
+    of n (n + 1) / 12 b^2 p over n frames, of which its steps show b^2 p / 2. Jumps of the same
+    variance show all of it in their steps."""
+    slope = 0.05
+    ramp = slope * np.arange(FRAMES)[:, None, None]
+    pixels = HEIGHT * WIDTH
+    scale = slope**2 * pixels / (100 + slope * (FRAMES - 1) / 2 + 1)
+    found = frames(group(ramp, seed=3))
+    expected = (FRAMES * (FRAMES + 1) / 12 - 1 / 2) * scale
+    of_noise = 2 * (SIGMA**2 + 1 / 12) / 101
+    error = 2 * np.sqrt(of_noise / 2 * expected)
+    assert abs(found["frame wander"] - expected) < 4 * (error + of_noise)
+    jumps = slope * np.sqrt(FRAMES * (FRAMES + 1) / 12) * np.array([1, -1] * (FRAMES // 2))
+    impostor = frames(group(jumps[:, None, None], seed=3))
+    assert impostor["frame wander"] < 0.2 * expected
+    assert impostor["frame spread"] > 2 * found["frame spread"]
 
 
 def test_the_surface_of_the_dark_has_the_slope_and_the_corner_that_were_put_in() -> None:

@@ -21,11 +21,13 @@ class Calibration:
         space: where figures have units of their standard errors.
         q: orthonormal columns over the coordinates and the priors, (coordinates + n, n).
         solve: from projections to amounts of each direction.
+        priors: one over the standard deviation that each amount has beforehand; 0 where free.
     """
 
     space: Space
     q: Floats
     solve: Floats
+    priors: Floats
 
     def left(self, vector: Floats) -> Floats:
         """What calibration cannot take up of a vector, or of several (rows)."""
@@ -36,6 +38,16 @@ class Calibration:
     def amounts(self, vector: Floats) -> Floats:
         """How much of each direction calibration takes up."""
         return np.asarray(self.solve @ (self.q[: len(vector)].T @ vector))
+
+    @property
+    def errors(self) -> Floats:
+        """Standard errors of the amounts, by these errors of figures and by all priors."""
+        return np.asarray(np.linalg.norm(self.solve, axis=1))
+
+    @property
+    def held(self) -> Floats:
+        """Part of what is known of each amount that is its own prior: 1 where it shows nowhere."""
+        return np.asarray(np.square(self.priors * self.errors))
 
 
 def calibration(space: Space, ways: Directions) -> Calibration:
@@ -57,4 +69,6 @@ def calibration(space: Space, ways: Directions) -> Calibration:
     good = squares > 1e-10 * squares[-1]
     length = np.sqrt(squares[good])
     q = matrix @ (v[:, good] / length)
-    return Calibration(space=space, q=q, solve=(v[:, good] / length) / scale[:, None])
+    return Calibration(
+        space=space, q=q, solve=(v[:, good] / length) / scale[:, None], priors=priors
+    )

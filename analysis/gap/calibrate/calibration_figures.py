@@ -18,11 +18,12 @@ def calibration_figures(known: Fit, errors: Floats) -> dict[str, dict[str, Figur
 
     Args:
         known: the model.
-        errors: of its directions, the knobs first.
+        errors: of its directions, the knobs first; infinite where frames tell little.
     """
     base, found = known.base, {}
     names = [(knob.name, knob.channel) for knob in known.ways.knobs]
-    by_knob = dict(zip(names, map(float, errors), strict=False))
+    pairs = zip(names, map(float, errors), strict=False)
+    by_knob = {name: error for name, error in pairs if np.isfinite(error)}
     for name, values in (
         ("gain", base.gain_dn_per_e),
         ("read", np.sqrt(base.read_dn2)),

@@ -16,6 +16,9 @@ from analysis.gap.ready.setting import halves
 
 Floats = NDArray[np.float64]
 
+LEAST_TOLD = 0.5
+"""Part of what is known of an amount that frames must tell for it to have an error."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
@@ -29,7 +32,7 @@ class Measured:
         held: distance of the half that scores.
         floor: G of one half from the other, which no model can get below but by chance.
         amounts: how far each direction should still move, its errors in the same order.
-        errors: standard errors of these.
+        errors: standard errors of these; infinite where frames tell little.
     """
 
     rod: Yardstick
@@ -70,5 +73,24 @@ def measured(known: Fit, seen: Observation) -> Measured:
         held=distance(case.score_left, spread),
         floor=floor(known, spread, fit_half, score_half),
         amounts=rod.turned.amounts(gap),
-        errors=spread.errors(textured.groups),
+        errors=errors_of(rod, textured.groups),
     )
+
+
+def errors_of(rod: Yardstick, groups: int) -> Floats:
+    """Standard errors of amounts by the frames, (directions,).
+
+    Twins show by how much amounts scatter, but all are under the light that is known, while an
+    effect may look like what nobody knows of it: the larger of both errors counts. A prior of the
+    amount itself keeps steps short and is no knowledge. Without it a variance H of which it is the
+    part h would be H / (1 - h), and what scatters as much larger.
+
+    Args:
+        rod: of the capture.
+        groups: of its frames.
+    """
+    told = 1.0 - rod.turned.held
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_priors = rod.turned.errors / np.sqrt(told)
+        by_twins = rod.spread.errors(groups) / told
+        return np.where(told > LEAST_TOLD, np.fmax(by_priors, by_twins), np.inf)

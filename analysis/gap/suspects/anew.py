@@ -59,7 +59,9 @@ def anew(
 
     best, as_found = found, against(found.base, found.effect)
     likeliest = as_found
-    if likeliest.misfit <= ENOUGH:
+    tuned = not (told and told.exact)
+    scatters = tuned and likeliest.misfit < SCATTERS * found.misfit
+    if likeliest.misfit <= ENOUGH and not scatters:
         return found
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
     effect, base = found.effect, found.base
@@ -72,7 +74,7 @@ def anew(
         shown = signature(with_it, known, base=camera, seeds=FINAL_SEEDS)
         return None if shown is None else candidate(case, shown, camera, found.absorbed)
 
-    if tuned and as_found.misfit < SCATTERS * found.misfit:
+    if scatters:
         return scored(*settled(case, found.base, found.effect)) or found
 
     def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:

@@ -198,8 +198,14 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
         place = len(model.ways.knobs) + model.ways.tuned.index(handle)
         if not (model.ways.figures[place].any() or model.ways.means[place].any()):
             return Figure(value=value, se=None, unit=p.unit)  # a small step of it changes nothing
-        moved = p.clipped(value + after.amounts[place])
-        return Figure(value=moved, se=float(after.errors[place]), unit=p.unit)
+        moved, error = p.clipped(value + after.amounts[place]), float(after.errors[place])
+        if not np.isfinite(error):
+            return Figure(value=moved, se=None, unit=p.unit)
+        if p.identity is not None:
+            # what grows at most as a square, and is seen at z errors, is known to 1 / 2z of itself
+            least = abs(moved - p.identity) / (2.0 * np.sqrt(max(best.score, 1.0)))
+            error = max(error, float(least))
+        return Figure(value=moved, se=error, unit=p.unit)
 
     return Named(
         name=best.name,

@@ -41,7 +41,7 @@ def _lines(lines: np.ndarray, group: Group, kind: str) -> dict[str, float]:
 
 
 def frames(group: Group) -> dict[str, float]:
-    """Whole frames that go up and down together, and how the next one follows.
+    """Whole frames that go up and down together, how far they wander, and how the next one follows.
 
     In units of what one pixel does, so that independent noise of any number of pixels gives figures
     of one size.
@@ -49,10 +49,11 @@ def frames(group: Group) -> dict[str, float]:
     pixels = group.mean.size
     level = np.array([cv2.sumElems(one)[0] for one in group.codes]) / np.sqrt(pixels)
     steps = np.diff(level)
-    spread = float(np.square(steps).mean()) / 2 - group.variance
+    by_steps = float(np.square(steps).mean()) / 2
     mean = float(group.mean.mean()) + 1.0
     found = {
-        "frame spread": spread / mean,
+        "frame spread": (by_steps - group.variance) / mean,
+        "frame wander": (float(level.var(ddof=1)) - by_steps) / mean,
         "frame trend": float(np.polyfit(np.arange(len(level)), level, 1)[0]) / np.sqrt(mean),
     }
     if len(level) >= 4:
