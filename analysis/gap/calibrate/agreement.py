@@ -89,8 +89,10 @@ def _shapes(images: Floats, noise: Floats) -> Floats:
 
         s -> sqrt((y^2 - b - 1)^2 - 4 b) sqrt(B) / y        0 for y < 1 + sqrt(b)
 
-    A pattern that belongs to a camera body is another shape in every body, on which sets do not
-    agree: nothing of it is left, though figures of its size are.
+    A pattern that belongs to a camera body is one shape in all shots as well, but another one in
+    every body: of each shape that part is kept which two sets have in common, by the product of
+    theirs over the square of the mean less its noise. Nothing of such a pattern is left, though
+    figures of its size are.
 
     Reference: Gavish and Donoho, "Optimal shrinkage of singular values", IEEE Trans. Inf. Theory
     63, 2137 (2017), for the squared error.
@@ -105,11 +107,13 @@ def _shapes(images: Floats, noise: Floats) -> Floats:
     rows = images.reshape(sets, -1, blocks)
     mean = rows.mean(axis=0)
     u, s, v = np.linalg.svd(mean[moved] / size, full_matrices=False)
-    amounts = np.einsum("rk,jrb,kb->jk", u, rows[:, moved] / size, v)
     square, ratio = np.square(s) / blocks, len(size) / blocks
     beyond = np.square(np.maximum(square - ratio - 1.0, 0.0)) - 4.0 * ratio
     shrunk = np.sqrt(np.maximum(beyond, 0.0) / np.maximum(square, 1e-300) * blocks)
-    shrunk *= _beyond(np.square(s), amounts.var(axis=0, ddof=1) / sets)
+    of_sets = u.T @ (rows[:, moved] / size)
+    alone = np.square(of_sets).sum(axis=(0, 2))
+    in_common = (np.square(of_sets.sum(axis=0)).sum(axis=1) - alone) / (sets * (sets - 1))
+    shrunk *= np.maximum(in_common, 0.0) / np.maximum(np.square(s) - blocks, 1e-300)
     mean[moved] = (u * shrunk) @ v * size
     return np.asarray(mean.reshape(images.shape[1:]))
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibrate.calibration import calibration
+from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import (
     SEEDS,
     chi2_of_twins,
@@ -70,24 +71,42 @@ class Refined:
     Attributes:
         base, effects: the camera.
         bodies: a few of its twins by seed.
-        space: where the difference has units of standard errors.
+        light: where the difference has units of standard errors, less what light can take up.
         gap: the difference.
-        left: what a change of the light cannot take up of it.
         expected: chi-squared that one of its twins has from the others.
     """
 
     base: Base
     effects: tuple[Effect, ...]
     bodies: Mapping[int, Observation]
-    space: Space
+    light: Calibration
     gap: Floats
-    left: Floats
     expected: float
 
     @property
+    def space(self) -> Space:
+        """Where the difference has units of standard errors."""
+        return self.light.space
+
+    @cached_property
     def chi2(self) -> float:
-        """Chi-squared of the difference."""
-        return float(self.left @ self.left)
+        """Chi-squared of the difference, less what a change of the light can take up."""
+        return float(np.square(self.light.left(self.gap)).sum())
+
+    def chi2_of(self, other: Refined) -> float:
+        """Chi-squared of another camera's difference by the errors of this one.
+
+        By its own errors a wider model leaves less, and by its likelihood it pays for that, though
+        the floor of the light may have been there for it.
+        """
+        here, there = self.space, other.space
+        if here.keys != there.keys:
+            return float("inf")
+        further = here.vector(
+            here.expected_figures - there.expected_figures,
+            here.expected_means - there.expected_means,
+        )
+        return float(np.square(self.light.left(self.gap + further)).sum())
 
     @property
     def misfit(self) -> float:
@@ -121,14 +140,12 @@ def refined(
     both = with_keys(seen, bodies.keys)
     space, of_one = spaces_by(bodies, base, scenery, both)
     light = calibration(space, of_the_light(base, scenery, bodies))
-    gap = space.of(both)
     return Refined(
         base=base,
         effects=tuple(effects),
         bodies=alone,
-        space=space,
-        gap=gap,
-        left=light.left(gap),
+        light=light,
+        gap=space.of(both),
         expected=chi2_of_twins(of_one, bodies),
     )
 
@@ -165,7 +182,11 @@ def refine(
     def downhill(point: Refined) -> Refined | None:
         parts = (1.0, *SHORTER) if promising(point) else (1.0,)
         tried = (stepped(point, part) for part in parts)
-        return next((one for one in tried if one.deviance < point.deviance), None)
+        return next((one for one in tried if better(one, point)), None)
+
+    def better(one: Refined, than: Refined) -> bool:
+        by_its_errors = (1.0 - LEAST_FALL) * than.chi2
+        return one.deviance < than.deviance or than.chi2_of(one) < by_its_errors
 
     best = read_at = refined(start, seen, scenery, effects)
     ways = _directions(best, scenery)

@@ -43,21 +43,24 @@ def _lines(lines: np.ndarray, group: Group, kind: str) -> dict[str, float]:
 def frames(group: Group) -> dict[str, float]:
     """Whole frames that go up and down together, how far they wander, and how the next one follows.
 
-    In units of what one pixel does, so that independent noise of any number of pixels gives figures
-    of one size.
+    Over what independent pixels would do, so that any number of them and any noise give figures of
+    one size: a mean of squares over its expectation, whose cube root is all but normal (Wilson and
+    Hilferty, PNAS 17, 684 (1931)), and 1 of independent noise.
     """
     pixels = group.mean.size
     level = np.array([cv2.sumElems(one)[0] for one in group.codes]) / np.sqrt(pixels)
     steps = np.diff(level)
     by_steps = float(np.square(steps).mean()) / 2
-    mean = float(group.mean.mean()) + 1.0
+    spread = float(np.cbrt(safe_ratio(by_steps, group.variance)))
+    slope = float(np.polyfit(np.arange(len(level)), level, 1)[0])
     found = {
-        "frame spread": (by_steps - group.variance) / mean,
-        "frame wander": (float(level.var(ddof=1)) - by_steps) / mean,
-        "frame trend": float(np.polyfit(np.arange(len(level)), level, 1)[0]) / np.sqrt(mean),
+        "frame spread": spread,
+        "frame wander": float(np.cbrt(safe_ratio(level.var(ddof=1), group.variance))) - spread,
+        "frame trend": safe_ratio(slope, float(np.sqrt(group.variance))),
     }
     if len(level) >= 4:
-        found["frame steps, next"] = float((steps[1:] * steps[:-1]).mean()) / mean
+        following = float((steps[1:] * steps[:-1]).mean())
+        found["frame steps, next"] = safe_ratio(following, 2 * by_steps)
     return found
 
 
