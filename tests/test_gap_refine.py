@@ -1,4 +1,4 @@
-"""Steps of a calibration: by whose errors two cameras are compared."""
+"""Steps of a calibration: which of two cameras is the better one."""
 
 from __future__ import annotations
 
@@ -9,37 +9,51 @@ import numpy as np
 import pytest
 
 from analysis.gap.calibrate.calibration import Calibration
-from analysis.gap.calibrate.refine import Refined
+from analysis.gap.calibrate.refine import Refined, better
 from analysis.gap.calibrate.space import Space
+from analysis.gap.look.observe import Key
 
-BLOCKS = 200
-SEEN_DN = 100.0
+BLOCKS, FIGURES = 200, 50
+KEYS = tuple(
+    Key(shot="dark", lattice="G", family="pattern", statistic=str(k)) for k in range(FIGURES)
+)
 
 
-def camera(mean_dn: float, error_dn: float) -> Refined:
-    """A camera that expects one mean in all blocks of one shot, with one error."""
+def camera(blocks_off_dn: float, width_dn: float, figures_off: float) -> Refined:
+    """A camera that is off by so much in every block and, in standard errors, in every figure."""
     space = Space(
-        keys=(), expected_figures=np.zeros(0), expected_means=np.full((1, 1, BLOCKS), mean_dn),
-        spread=np.zeros(0), whitening=np.full((1, BLOCKS, 1, 1), 1 / error_dn),
-        shape=(1, 1, BLOCKS),
+        keys=KEYS, expected_figures=np.zeros(FIGURES),
+        expected_means=np.zeros((1, 1, BLOCKS)), spread=np.ones(FIGURES),
+        whitening=np.full((1, BLOCKS, 1, 1), 1 / width_dn), shape=(1, 1, BLOCKS),
     )  # fmt: skip
+    count = FIGURES + BLOCKS
     nothing_taken_up = Calibration(
-        space=space, q=np.zeros((BLOCKS, 1)), solve=np.zeros((1, 1)), priors=np.zeros(1)
+        space=space, q=np.zeros((count, 1)), solve=np.zeros((1, 1)), priors=np.zeros(1)
     )
     base: Any = SimpleNamespace()
-    gap = space.blocks(np.full((1, 1, BLOCKS), SEEN_DN - mean_dn))
+    gap = space.vector(np.full(FIGURES, figures_off), np.full((1, 1, BLOCKS), blocks_off_dn))
     return Refined(
-        base=base, effects=(), bodies={}, light=nothing_taken_up, gap=gap, expected=float(BLOCKS)
+        base=base, effects=(), bodies={}, light=nothing_taken_up, gap=gap, expected=float(count)
     )
 
 
-def test_a_wide_camera_is_nearer_by_its_own_errors_alone() -> None:
-    """Off by d with an error s in n blocks is n (d / s)^2, whoever's d it is: a camera that is off
-    by 3 with an error of 6 leaves less by its own errors than one that is off by 2 with 1, and more
-    by those of the other."""
-    narrow, wide = camera(98.0, 1.0), camera(97.0, 6.0)
-    assert wide.chi2 == pytest.approx(BLOCKS * (3 / 6) ** 2)
-    assert narrow.chi2 == pytest.approx(BLOCKS * (2 / 1) ** 2)
-    assert narrow.chi2_of(wide) == pytest.approx(BLOCKS * (3 / 1) ** 2)
-    assert wide.chi2_of(narrow) == pytest.approx(BLOCKS * (2 / 6) ** 2)
-    assert narrow.chi2_of(narrow) == pytest.approx(narrow.chi2)
+@pytest.mark.parametrize(
+    ("what", "one", "than", "taken"),
+    [
+        ("twice the width, as far off: 2 ln 2 - 3/4 a block is lost",
+         camera(1.0, 2.0, 1.0), camera(1.0, 1.0, 1.0), False),
+        ("half the width, as far off: 2 ln 2 is won, 3 lost",
+         camera(1.0, 0.5, 1.0), camera(1.0, 1.0, 1.0), False),
+        ("nearer by its own errors and likelier",
+         camera(0.5, 1.0, 1.0), camera(1.0, 1.0, 1.0), True),
+        ("wider, so less likely, but it fits, and its figures are nearer",
+         camera(1.0, 2.0, 0.9), camera(1.0, 1.0, 1.2), True),
+        ("the same where it does not fit",
+         camera(2.4, 2.0, 0.9), camera(1.2, 1.0, 1.2), False),
+        ("wider, and figures that are farther: too much fixed pattern",
+         camera(1.0, 2.0, 1.3), camera(1.0, 1.0, 1.2), False),
+    ],
+)  # fmt: skip
+def test_the_better_of_two_cameras(what: str, one: Refined, than: Refined, taken: bool) -> None:
+    """n blocks that are off by d with a width w have a deviance of n (d^2 / w^2 + 2 ln w)."""
+    assert better(one, than) is taken, what

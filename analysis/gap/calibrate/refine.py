@@ -93,20 +93,10 @@ class Refined:
         """Chi-squared of the difference, less what a change of the light can take up."""
         return float(np.square(self.light.left(self.gap)).sum())
 
-    def chi2_of(self, other: Refined) -> float:
-        """Chi-squared of another camera's difference by the errors of this one.
-
-        By its own errors a wider model leaves less, and by its likelihood it pays for that, though
-        the floor of the light may have been there for it.
-        """
-        here, there = self.space, other.space
-        if here.keys != there.keys:
-            return float("inf")
-        further = here.vector(
-            here.expected_figures - there.expected_figures,
-            here.expected_means - there.expected_means,
-        )
-        return float(np.square(self.light.left(self.gap + further)).sum())
+    @property
+    def chi2_of_figures(self) -> float:
+        """The same of figures alone, of which light takes up nothing."""
+        return float(np.square(self.gap[: len(self.space.keys)]).sum())
 
     @property
     def misfit(self) -> float:
@@ -184,10 +174,6 @@ def refine(
         tried = (stepped(point, part) for part in parts)
         return next((one for one in tried if better(one, point)), None)
 
-    def better(one: Refined, than: Refined) -> bool:
-        by_its_errors = (1.0 - LEAST_FALL) * than.chi2
-        return one.deviance < than.deviance or than.chi2_of(one) < by_its_errors
-
     best = read_at = refined(start, seen, scenery, effects)
     ways = _directions(best, scenery)
     slow = 0
@@ -206,6 +192,15 @@ def refine(
         if best.misfit > FITS and best.chi2 < A_LONG_WAY * read_at.chi2:
             ways, read_at = _directions(best, scenery), best
     return best
+
+
+def better(one: Refined, than: Refined) -> bool:
+    """Likelier; or as good as chance allows, with figures that are nearer.
+
+    A picture says little of a pattern behind the floor of the light, and is likelier without it.
+    """
+    nearer = one.chi2_of_figures < than.chi2_of_figures - LEAST_FALL * than.chi2
+    return one.deviance < than.deviance or (one.misfit <= FITS and nearer)
 
 
 def _least_fall(point: Refined) -> float:
