@@ -257,6 +257,17 @@ def test_scatter_accounts_for_itself_and_width_does_not(
     assert accounts(found, now, after) is believed
 
 
+@pytest.mark.parametrize("power", [1.0, 2.0])
+def test_no_strength_is_known_better_than_its_effect(power: float) -> None:
+    """An effect a s^r that is seen at z errors has a relative error 1 / z, its strength 1 / (r z):
+    as much as the least error for a square, more for what grows in proportion."""
+    strength, z = 0.3, 7.0
+    of_strength = strength / (power * z)
+    assert conclude.least_error(strength, z**2) <= of_strength * (1 + 1e-12)
+    assert conclude.least_error(-strength, z**2) == pytest.approx(strength / (2 * z))
+    assert conclude.least_error(strength, 0.0) == pytest.approx(strength / 2)
+
+
 def test_a_report_is_strict_json() -> None:
     """No NaN and no infinity leaves the program."""
     gap = dataclasses.replace(NO_GAP, before=float("nan"), shrink=float("inf"))

@@ -109,9 +109,7 @@ class Fit:
         Args:
             seen: the capture, textured.
         """
-        space = self.space(seen.groups, seen=seen)
-        spread = np.hypot(space.spread, never_moved(self.bodies, seen))
-        return calibration(dataclasses.replace(space, spread=spread), self.ways)
+        return calibration(self.space(seen.groups, seen=seen), self.ways)
 
     def space(self, groups: int, *, floors: bool = True, seen: Observation | None = None) -> Space:
         """Where captures of so many groups of frames are compared; see `space_of`."""
@@ -125,6 +123,9 @@ class Fit:
             seen=seen,
             shares=self.shares,
         )
+        if seen is not None:
+            spread = np.hypot(space.spread, never_moved(self.bodies, seen))
+            space = dataclasses.replace(space, spread=spread)
         return widened(space, self.more)
 
     def calibration_of_twins(self) -> Calibration:

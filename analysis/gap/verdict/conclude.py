@@ -196,15 +196,11 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
         if handle not in model.ways.tuned:
             return Figure(value=value, se=None, unit=p.unit)
         place = len(model.ways.knobs) + model.ways.tuned.index(handle)
-        if not (model.ways.figures[place].any() or model.ways.means[place].any()):
-            return Figure(value=value, se=None, unit=p.unit)  # a small step of it changes nothing
         moved, error = p.clipped(value + after.amounts[place]), float(after.errors[place])
         if not np.isfinite(error):
             return Figure(value=moved, se=None, unit=p.unit)
         if p.identity is not None:
-            # what grows at most as a square, and is seen at z errors, is known to 1 / 2z of itself
-            least = abs(moved - p.identity) / (2.0 * np.sqrt(max(best.score, 1.0)))
-            error = max(error, float(least))
+            error = max(error, least_error(moved - p.identity, best.score))
         return Figure(value=moved, se=error, unit=p.unit)
 
     return Named(
@@ -214,6 +210,15 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
         absorbed=best.absorbed,
         parameters={p.name: figure(p) for p in effect.parameters()},
     )
+
+
+def least_error(strength: float, score: float) -> float:
+    """Standard error below which no strength is known whose effect is seen with such a score.
+
+    An effect that grows as the power r of its strength and is seen at z standard errors is known to
+    1 / (r z) of its strength, and none here grows faster than a square.
+    """
+    return abs(strength) / (2.0 * float(np.sqrt(max(score, 1.0))))
 
 
 def gap_of(found: Trail) -> Gap:
