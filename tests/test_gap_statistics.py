@@ -32,7 +32,7 @@ def group(structure: np.ndarray, seed: int = 1) -> Group:
     """White noise with something added, as codes around 100."""
     rng = np.random.default_rng(seed)
     noise = rng.normal(0, SIGMA, (FRAMES, HEIGHT, WIDTH)) + structure
-    return Group(codes=np.round(100 + noise).astype(np.uint8), top_dn=255, lit=False)
+    return Group(codes=np.round(100 + noise).astype(np.uint8)[None], top_dn=255, lit=False)
 
 
 def test_white_noise_has_no_structure() -> None:
@@ -88,7 +88,7 @@ def test_the_spread_of_independent_frames_is_all_but_normal() -> None:
     at 4."""
     rng = np.random.default_rng(4)
     codes = np.round(100 + rng.normal(0, SIGMA, (400, FRAMES, 16, 16))).astype(np.uint8)
-    spreads = [frames(Group(codes=one, top_dn=255, lit=False))["frame spread"] for one in codes]
+    spreads = frames(Group(codes=codes, top_dn=255, lit=False))["frame spread"]
     assert abs(stats.skew(spreads)) < 0.2 + 4 * 0.12
     assert stats.skew(np.power(spreads, 3)) > 0.2 + 4 * 0.12
 
@@ -236,8 +236,40 @@ def test_a_stray_code_at_the_end_of_a_dark_changes_nothing() -> None:
     dark = np.round(2.1 + 0.3 * rng.standard_normal((4, 50, 50))).astype(np.uint8)
     stray = dark.copy()
     stray[0, 0, 0] = dark.max() + 1
-    plain, other = (codes(Group(codes=dn, top_dn=255, lit=False)) for dn in (dark, stray))
-    assert other == pytest.approx(plain, abs=0.01)
+    for name, (plain, other) in codes(
+        Group(codes=np.array([dark, stray]), top_dn=255, lit=False)
+    ).items():
+        assert other == pytest.approx(plain, abs=0.01), name
+
+
+@pytest.mark.parametrize("size", [(48, 64), (49, 67)])
+def test_what_is_looked_at_together_is_what_is_looked_at_alone(size: tuple[int, int]) -> None:
+    """Four lattices of three shots in two calls, dark and lit, or shot by shot: the same figures,
+    however many rows and columns the mosaic has."""
+    rng = np.random.default_rng(32)
+    lattices = tuple(
+        Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
+        for name, dy, dx in (("R", 0, 0), ("G1", 0, 1), ("G2", 1, 0), ("B", 1, 1))
+    )
+    view = View(lattices=lattices, frames=4, side=8, top_dn=255)
+    stacks = [
+        Stack(
+            label=label,
+            lit=lit,
+            groups=[rng.poisson(level, (4, *size, 3)).astype(np.uint8)],
+            repeated=0.0,
+        )
+        for label, lit, level in (("dark", False, 9), ("dim", True, 40), ("bright", True, 90))
+    ]
+    together = observe(stacks, view)
+    looking._kept.clear()
+    for stack in stacks:
+        alone = observe([stack], view)
+        own = [k for k, key in enumerate(together.keys) if key.shot == stack.label]
+        assert [together.keys[k] for k in own] == list(alone.keys[:-1])
+        assert together.figures[0, own] == pytest.approx(alone.figures[0, :-1], rel=1e-5, abs=1e-6)
+        place = together.shots.index(stack.label)
+        assert np.array_equal(together.means[:, place], alone.means[:, 0])
 
 
 def test_frames_that_were_looked_at_are_not_looked_at_again(
@@ -246,9 +278,9 @@ def test_frames_that_were_looked_at_are_not_looked_at_again(
     """The same codes under the same label give the same figures without a second look; one other
     code, or a lamp, does not."""
     looks = []
-    one_lattice = looking._lattice
+    on_lattices = looking._on_lattices
     monkeypatch.setattr(
-        looking, "_lattice", lambda *known: looks.append(known) or one_lattice(*known)
+        looking, "_on_lattices", lambda *known: looks.append(known) or on_lattices(*known)
     )
     lattices = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
     view = View(lattices=lattices, frames=4, side=8, top_dn=255)

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base, Body, camera_of
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.look.observe import Observation, Stack, View, observe
 from analysis.gap.look.repeats import fresh, repeats
+from foundation.backend import backend
 from sensor.camera import Camera
 from sensor.effect import Effect
 from sensor.protocol import Shot
-from sensor.simulation import pixels_of, simulate
+from sensor.signal import Signal
+from sensor.simulation import exposed, lit, pixels_of
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,9 +71,11 @@ def twin(
         body: seed of what is fixed in the camera and of its light.
     """
     body = seed if body is None else body
-    camera = camera_of(base, scenery.body).plus(*effects).with_body(body)
-    lit = electrons(base, scenery.light.rates)
-    seen = observe(_stacks(camera, scenery, lit, seed), scenery.view)
+    bare = camera_of(base, scenery.body)
+    level = tuple((lamp, tuple(figures.tolist())) for lamp, figures in base.level.items())
+    lights = [_lit(scenery.light, base.blur_px2, level, bare, shot) for shot in scenery.shots]
+    camera = bare.plus(*effects).with_body(body)
+    seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return _under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
 
 
@@ -86,15 +94,32 @@ def _under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: in
     return dataclasses.replace(seen, means=means)
 
 
-def electrons(base: Base, rates: Mapping[str, Rate]) -> dict[str, Rate]:
-    """The light in electrons per second of the calibrated camera."""
-    by_colour = {}
-    for lamp, rate in rates.items():
-        level = base.level[lamp]
-        by_colour[lamp] = softened(rate, base.blur_px2) * np.asarray(
-            np.repeat(level, 3) if len(level) == 1 else level, dtype=np.float32
-        )
-    return by_colour
+KEPT_SHOTS = 16
+"""Shots whose light is kept on the backend: many twins differ in effects alone."""
+
+
+@functools.lru_cache(maxsize=KEPT_SHOTS)
+def _lit(
+    light: Light,
+    blur_px2: float,
+    level: tuple[tuple[str, tuple[float, ...]], ...],
+    bare: Camera,
+    shot: Shot,
+) -> Signal:
+    """The light of a shot before the first effect; `level` and `blur_px2` are those of a base."""
+    rates = electrons(light, blur_px2, {lamp: np.array(figures) for lamp, figures in level})
+    return lit(bare, shot, rates, backend())
+
+
+def electrons(light: Light, blur_px2: float, level: Mapping[str, Floats]) -> dict[str, Rate]:
+    """The light in electrons per second of a calibrated camera."""
+    soft = _soft(light, blur_px2)
+    return {lamp: soft[lamp] * np.float32(figures) for lamp, figures in level.items()}
+
+
+@functools.lru_cache(maxsize=4)
+def _soft(light: Light, blur_px2: float) -> dict[str, Rate]:
+    return {lamp: softened(rate, blur_px2) for lamp, rate in light.rates.items()}
 
 
 def softened(rate: Rate, variance_px2: float) -> Rate:
@@ -111,18 +136,15 @@ MORE = 4
 """Groups of frames that show how many repeat: up to half of them do."""
 
 
-def _stacks(
-    camera: Camera, scenery: Scenery, rates: Mapping[str, Rate], seed: int
-) -> Iterator[Stack]:
+def _stacks(camera: Camera, lights: Sequence[Signal], wanted: int, seed: int) -> Iterator[Stack]:
     """One group of frames of each shot; of a camera that repeats some, out of many more."""
-    wanted = scenery.view.frames
     some_repeat = any(effect.repeats for effect in camera.effects)
     frames = range(MORE * wanted if some_repeat else wanted)
-    for shot in scenery.shots:
-        dn = pixels_of(camera, simulate(camera, shot, rates, seed=seed, frames=frames))
+    for light in lights:
+        dn = pixels_of(camera, exposed(camera, light, frames, seed=seed))
         yield Stack(
-            label=shot.label,
-            lit=not shot.dark,
+            label=light.shot.label,
+            lit=not light.shot.dark,
             groups=[fresh(dn, wanted)],
             repeated=float(repeats(dn).mean()),
         )

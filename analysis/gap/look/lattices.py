@@ -49,9 +49,11 @@ class Lattice:
         """Its samples in a stack of frames, (N, h, w), away from the border.
 
         What a camera puts beyond the last pixel when it interpolates is nobody's business here.
+        All lattices of a camera have as many samples: a last row or column of its own is left out.
         """
-        plane = dn[..., "RGB".index(self.channel)] if dn.ndim == 4 else dn
-        return inner(plane)[:, self.dy :: self.step, self.dx :: self.step]
+        plane = inner(dn[..., "RGB".index(self.channel)] if dn.ndim == 4 else dn)
+        h, w = (n // self.step * self.step for n in plane.shape[1:])
+        return plane[:, self.dy : h : self.step, self.dx : w : self.step]
 
 
 def lattices_of(capture: Capture) -> tuple[Lattice, ...]:

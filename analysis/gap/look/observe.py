@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.look.lattices import Lattice, inner
 from analysis.gap.look.statistics.codes import codes
-from analysis.gap.look.statistics.group import Group
+from analysis.gap.look.statistics.group import Figures, Group
 from analysis.gap.look.statistics.interpolation import interpolation
 from analysis.gap.look.statistics.pattern import pattern, pattern_lines, pattern_shape
 from analysis.gap.look.statistics.spectrum import spectrum
@@ -25,7 +26,7 @@ from foundation.cores import cores
 
 Floats = NDArray[np.float64]
 
-FAMILIES: dict[str, tuple[Callable[[Group], dict[str, float]], str]] = {
+FAMILIES: dict[str, tuple[Callable[[Group], Figures], str]] = {
     "level": (level, "readout"),
     "transfer": (transfer, "photosite"),
     "rows": (rows, "readout"),
@@ -152,17 +153,31 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         stacks: the groups of frames of each shot; as many groups for each.
         view: how to look.
     """
-    jobs: list[tuple[str, list[list[Future[_Seen]]]]] = []
+    names: dict[str, list[_Name]] = {}
+    looks: dict[_Name, _Seen] = {}
+    waiting: dict[_Name, NDArray[Any]] = {}
     repeated, lit = [], set()
     for stack in stacks:
         repeated.append(stack.repeated)
         if stack.lit:
             lit.add(stack.label)
-        jobs.append((stack.label, [_looked_at(dn, stack.lit, view) for dn in stack.groups]))
-    seen = [
-        (label, [_joined(view, [part.result() for part in parts]) for parts in groups])
-        for label, groups in jobs
-    ]
+        groups = [np.ascontiguousarray(dn) for dn in stack.groups]
+        names[stack.label] = [_Name.of(dn, stack.lit, view) for dn in groups]
+        for name, dn in zip(names[stack.label], groups, strict=True):
+            if waiting and name.lit is not next(iter(waiting)).lit:
+                looks |= _begun(waiting, view)
+                waiting = {}
+            known = _kept.get(name)
+            if known is None:
+                waiting[name] = dn
+            else:
+                looks[name] = known
+            if sum(one.size for one in waiting.values()) >= TOGETHER:
+                looks |= _begun(waiting, view)
+                waiting = {}
+    looks |= _begun(waiting, view)
+    _keep(looks)
+    seen = [(label, [looks[name] for name in shot]) for label, shot in names.items()]
     keys: list[Key] = []
     by_key: list[Sequence[float]] = []
     for label, shot in seen:
@@ -173,16 +188,15 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
     keys.append(Key(shot=EVERY_SHOT, lattice="all", family="time", statistic=REPEATED))
     by_key.append([float(np.mean(repeated))] * len(seen[0][1]))
     channels = tuple(dict.fromkeys(lattice.channel for lattice in view.lattices))
-    first = seen[0][1][0]
     return Observation(
         keys=tuple(keys),
         figures=np.array(by_key).T,
         shots=tuple(label for label, _ in seen),
         lit=frozenset(lit),
         channels=channels,
-        means=np.array([[one.means for one in shot] for _, shot in seen]).swapaxes(0, 1),
-        noise=np.array([np.mean([one.noise for one in shot], axis=0) for _, shot in seen]),
-        grid=first.grid,
+        means=np.array([[one.lattices.means for one in shot] for _, shot in seen]).swapaxes(0, 1),
+        noise=np.array([np.mean([one.lattices.noise for one in shot], axis=0) for _, shot in seen]),
+        grid=seen[0][1][0].lattices.grid,
         samples=view.side**2 * (len(view.lattices) // len(channels)),
         frames=view.frames,
     )
@@ -194,8 +208,24 @@ def _keys(shot: str, figures: tuple[tuple[str, str, str], ...]) -> tuple[Key, ..
     return tuple(Key(shot=shot, lattice=la, family=fa, statistic=st) for fa, la, st in figures)
 
 
+@dataclass(frozen=True)
+class _Name:
+    """What makes two groups of frames the same, and seen in the same way."""
+
+    checks: tuple[int, ...]
+    kind: tuple[tuple[int, ...], np.dtype[Any]]
+    lit: bool
+    view: View
+
+    @staticmethod
+    def of(dn: NDArray[Any], lit: bool, view: View) -> _Name:
+        # a check value of each frame: cameras that differ do so in all of them
+        checks = tuple(zlib.crc32(frame.data) for frame in dn)
+        return _Name(checks, (dn.shape, dn.dtype), lit, view)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Seen:
+class _Lattices:
     """Figures of one group by family, lattice and statistic; mean images and noise of channels."""
 
     figures: dict[tuple[str, str, str], float]
@@ -204,65 +234,90 @@ class _Seen:
     grid: tuple[int, int]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Seen:
+    """What was seen of one group of frames, as soon as it is asked for."""
+
+    batch: Future[list[_Lattices]]
+    place: int
+    between: Future[dict[tuple[str, str, str], float]]
+
+    @property
+    def lattices(self) -> _Lattices:
+        return self.batch.result()[self.place]
+
+    @cached_property
+    def figures(self) -> dict[tuple[str, str, str], float]:
+        return self.lattices.figures | self.between.result()
+
+
+TOGETHER = 1_000_000
+"""Pixel values from which groups are no longer looked at together: about what a core's cache holds.
+Below, what is in a call counts for less than the call.
+"""
+
 KEPT = 256
 """Groups of frames of which it is kept what was seen: many changes of a camera leave darks as they
 are, with the same random numbers to the last bit.
 """
 
-_kept: dict[tuple[object, ...], list[Future[_Seen]]] = {}
+_kept: dict[_Name, _Seen] = {}
 
 
-def _looked_at(dn: NDArray[Any], lit: bool, view: View) -> list[Future[_Seen]]:
-    """One group of frames, lattice by lattice, and what all lattices have together."""
-    group = np.ascontiguousarray(dn)
-    # a check value of each frame: cameras that differ do so in all of them
-    checks = tuple(zlib.crc32(frame.data) for frame in group)
-    name = (checks, dn.shape, dn.dtype, lit, view)
-    seen = _kept.pop(name, None)
-    if seen is None:
-        alone = [_cores().submit(_lattice, group, lit, view, one) for one in view.lattices]
-        seen = [*alone, _cores().submit(_all_lattices, group, lit, view)]
-    _kept[name] = seen  # the last that was asked for is the last to go
-    if len(_kept) > KEPT:
-        _kept.pop(next(iter(_kept)), None)
-    return seen
+def _keep(looks: Mapping[_Name, _Seen]) -> None:
+    for name, seen in looks.items():
+        _kept.pop(name, None)
+        _kept[name] = seen  # the last that was asked for is the last to go
+    while len(_kept) > KEPT:
+        _kept.pop(next(iter(_kept)))
 
 
-def _lattice(dn: NDArray[Any], lit: bool, view: View, lattice: Lattice) -> _Seen:
-    codes = np.ascontiguousarray(lattice.of(dn))
+def _begun(groups: Mapping[_Name, NDArray[Any]], view: View) -> dict[_Name, _Seen]:
+    """Groups of shots that are all in the dark or all lit, begun to be looked at together."""
+    if not groups:
+        return {}
+    lit = next(iter(groups)).lit
+    batch = _cores().submit(_on_lattices, list(groups.values()), lit, view)
+    return {
+        name: _Seen(batch=batch, place=k, between=_cores().submit(_between, dn, view))
+        for k, (name, dn) in enumerate(groups.items())
+    }
+
+
+def _on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[_Lattices]:
+    """Every family on every lattice; images of lattices of one channel are averaged."""
+    lattices, channels = view.lattices, [lattice.channel for lattice in view.lattices]
+    codes = np.array([lattice.of(dn) for dn in groups for lattice in lattices])
     group = Group(codes=codes, top_dn=view.top_dn, lit=lit)
-    image = blocks(group.mean, view.side)
-    return _Seen(
-        figures={
-            (family, lattice.name, name): value
-            for family, (function, _) in FAMILIES.items()
-            for name, value in function(group).items()
-        },
-        means=image.ravel()[None],
-        noise=np.array([group.variance]),
-        grid=(image.shape[0], image.shape[1]),
-    )
-
-
-def _all_lattices(dn: NDArray[Any], lit: bool, view: View) -> _Seen:
-    found = interpolation(inner(dn), view.lattices, lit)
-    figures = {(INTERPOLATION, "all", name): value for name, value in found.items()}
-    return _Seen(figures=figures, means=np.empty((0, 0)), noise=np.empty(0), grid=(0, 0))
-
-
-def _joined(view: View, parts: Sequence[_Seen]) -> _Seen:
-    """All of a group; lattices of one channel are averaged."""
-    channels = [lattice.channel for lattice in view.lattices]
-    places = [
-        [k for k, channel in enumerate(channels) if channel == one]
-        for one in dict.fromkeys(channels)
+    names, columns = [], []
+    for family, (function, _) in FAMILIES.items():
+        for statistic, values in function(group).items():
+            names.append((family, statistic))
+            columns.append(values)
+    figures = np.array(columns).T.reshape(len(groups), len(lattices), -1).tolist()
+    images = blocks(group.mean, view.side)
+    grid = images.shape[1], images.shape[2]
+    images = images.reshape(len(groups), len(lattices), -1)
+    variance = group.variance.reshape(len(groups), len(lattices))
+    places = [np.array(channels) == one for one in dict.fromkeys(channels)]
+    return [
+        _Lattices(
+            figures={
+                (family, lattice.name, statistic): value
+                for lattice, values in zip(lattices, figures[k], strict=True)
+                for (family, statistic), value in zip(names, values, strict=True)
+            },
+            means=np.array([images[k, own].mean(axis=0) for own in places]),
+            noise=np.array([variance[k, own].mean() for own in places]),
+            grid=grid,
+        )
+        for k in range(len(groups))
     ]
-    return _Seen(
-        figures={key: value for part in parts for key, value in part.figures.items()},
-        means=np.array([np.mean([parts[k].means[0] for k in own], axis=0) for own in places]),
-        noise=np.array([np.mean([parts[k].noise[0] for k in own]) for own in places]),
-        grid=parts[0].grid,
-    )
+
+
+def _between(dn: NDArray[Any], view: View) -> dict[tuple[str, str, str], float]:
+    found = interpolation(inner(dn), view.lattices)
+    return {(INTERPOLATION, "all", name): float(value) for name, value in found.items()}
 
 
 def blocks(image: NDArray[Any], side: int) -> Floats:

@@ -95,7 +95,7 @@ def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
         values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
         noise = values - values.mean(axis=0)
         width = noise.shape[2]
-        products += [lagged(noise, lag) for lag in (0, 1, width, width + 1)]
+        products += [lagged(noise.ravel(), lag) for lag in (0, 1, width, width + 1)]
     return np.asarray(products[1:] / max(products[0] - len(alone) * ROUNDING_DN2, 1e-9))
 
 

@@ -8,39 +8,54 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.statistics.group import Group
+from analysis.gap.look.statistics.group import Figures, Floats, Group, safe_ratio
 
 LEAST_CODES = 8
 """From code 0, that are always looked at: darks of few codes have all of them in common then."""
 
+LEAST_COUNT = 50
+"""Samples that a code's neighbours have on average where its own number is compared with theirs."""
 
-def codes(group: Group) -> dict[str, float]:
+
+def codes(group: Group) -> Figures:
     """Unevenness of the histogram against its own smooth course, by the place of a code's bits."""
-    histogram = _histogram(group.codes)
-    share = histogram / group.codes.size
-    found = {
-        "at zero": float(np.sqrt(share[0])),
-        "at the top": float(np.sqrt(share[group.top_dn])) if len(share) > group.top_dn else 0.0,
-    }
+    histogram = _histograms(group.codes)
+    share = histogram / (group.frames * group.pixels)
+    top = share[:, group.top_dn] if share.shape[1] > group.top_dn else np.zeros(len(share))
+    found = {"at zero": np.sqrt(share[:, 0]), "at the top": np.sqrt(top)}
     for period in (2, 4, 8):
-        by_place = np.array([share[k::period].sum() for k in range(period)])
-        found[f"codes by place in {period}"] = float(
-            np.sqrt(np.square(by_place - 1 / period).sum())
-        )
-    # what lies beyond the last code is no gap between codes
-    end = max(LEAST_CODES, int(np.flatnonzero(histogram)[-1]) + 1)
-    inner = histogram[1 : min(group.top_dn, end)]
-    found["bumps of the histogram"] = 0.0
-    around = np.convolve(inner, [0.5, 0.0, 0.5], mode="same")
-    used = around > 50
-    if used.sum() >= 4:
-        bumps = np.log((inner[used] + 1.0) / (around[used] + 1.0))
-        found["bumps of the histogram"] = float(np.sqrt(np.mean(np.square(np.clip(bumps, -2, 2)))))
+        by_place = share.reshape(len(share), -1, period).sum(axis=1)
+        found[f"codes by place in {period}"] = np.sqrt(np.square(by_place - 1 / period).sum(axis=1))
+    found["bumps of the histogram"] = _bumps(histogram, group.top_dn)
     return found
 
 
-def _histogram(codes: NDArray[Any]) -> NDArray[np.float64]:
+def _bumps(histogram: Floats, top_dn: int) -> Floats:
+    """Root mean square of the logarithm of a code's number over its neighbours', (k,).
+
+    Codes 0 and the top are clipped ones; what lies beyond the last code is no gap between codes.
+    """
+    code = np.arange(histogram.shape[1])
+    last = np.where(histogram > 0, code, 0).max(axis=1)
+    end = np.minimum(np.maximum(LEAST_CODES, last + 1), top_dn)
+    within = (code > 0) & (code < end[:, None])
+    inner = np.where(within, histogram, 0.0)
+    around = np.zeros_like(inner)
+    around[:, 1:-1] = (inner[:, :-2] + inner[:, 2:]) / 2
+    used = within & (around > LEAST_COUNT)
+    bumps = np.clip(np.log((inner + 1.0) / (around + 1.0)), -2, 2)
+    count = used.sum(axis=1)
+    mean_square = safe_ratio(np.where(used, np.square(bumps), 0.0).sum(axis=1), count)
+    return np.where(count >= 4, np.sqrt(mean_square), 0.0)
+
+
+def _histograms(codes: NDArray[Any]) -> Floats:
+    """Samples of each code, (k, codes), a multiple of 8 of them and one beyond the largest."""
     if codes.dtype == np.uint8:
-        counts = cv2.calcHist([codes.reshape(1, -1)], [0], None, [256], [0, 256])
-        return np.asarray(counts.ravel(), dtype=np.float64)
-    return np.bincount(codes.ravel(), minlength=LEAST_CODES).astype(np.float64)
+        rows = codes.reshape(len(codes), 1, -1)
+        counts = [cv2.calcHist([one], [0], None, [256], [0, 256]).ravel() for one in rows]
+    else:
+        length = max(LEAST_CODES, int(codes.max()) + 1)
+        flat = codes.reshape(len(codes), -1)
+        counts = [np.bincount(one, minlength=-(-length // 8) * 8) for one in flat]
+    return np.array(counts, dtype=np.float64)

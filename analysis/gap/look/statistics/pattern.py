@@ -8,60 +8,67 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.bias.rounding import ROUNDING_DN2
-from analysis.gap.look.statistics.group import Array, Group, safe_ratio
+from analysis.gap.look.statistics.group import Array, Figures, Floats, Group, safe_ratio
 
 LAGS = ((0, 1), (1, 0), (1, 1), (0, 2), (0, 4), (4, 0))
 
 
-def pattern(group: Group) -> dict[str, float]:
+def pattern(group: Group) -> Figures:
     """Variance of the pattern over the square of its mean in light, in DN^2 in the dark."""
-    a, b = group.halves if not group.lit else group.crossed_halves
-    product = (a * b).ravel()
-    cap = _cap_in_light(product) if group.lit else _cap_in_the_dark(product)
-    scale = max(float(np.square(group.mean).mean()), 1.0) * 1e-4 if group.lit else 1.0
-    return {"pattern variance": float(np.mean(np.clip(product, -cap, cap))) / scale}
+    k = len(group.codes)
+    a, b = group.crossed_halves if group.lit else group.halves
+    product = (a * b).reshape(k, -1)
+    cap = (_cap_in_light(product) if group.lit else _cap_in_the_dark(product))[:, None]
+    variance = np.clip(product, -cap, cap).mean(axis=1, dtype=np.float64)
+    if not group.lit:
+        return {"pattern variance": variance}
+    light = np.square(group.mean).mean(axis=(1, 2), dtype=np.float64)
+    return {"pattern variance": variance / (np.maximum(light, 1.0) * 1e-4)}
 
 
-def pattern_lines(group: Group) -> dict[str, float]:
+def pattern_lines(group: Group) -> Figures:
     """Rows and columns in the pattern, over the variance of a pixel in time."""
     if group.lit:
         return {}
     a, b = group.halves
     found = {}
-    for kind, axis in (("column", 0), ("row", 1)):
-        product = float((a.mean(axis=axis) * b.mean(axis=axis)).mean())
+    for kind, axis in (("column", 1), ("row", 2)):
+        product = (a.mean(axis=axis) * b.mean(axis=axis)).mean(axis=1)
         found[f"pattern {kind}s"] = safe_ratio(product, group.variance)
     return found
 
 
-def pattern_shape(group: Group) -> dict[str, float]:
+def pattern_shape(group: Group) -> Figures:
     """Neighbours in the pattern, hot samples, and how skewed it is."""
     if group.lit:
         return {}
     a, b = group.halves
-    scale = group.variance
-    h, w = a.shape
+    _, h, w = a.shape
     found = {}
     for dy, dx in LAGS:
-        product = float((a[dy:, dx:] * b[: h - dy, : w - dx]).mean())
-        found[f"pattern neighbours {dy},{dx}"] = safe_ratio(product, scale)
-    sigma = np.sqrt(max(scale, ROUNDING_DN2))
-    hot = np.minimum(a, b) / sigma
-    found["hot samples"] = float(np.sqrt((hot > 3).mean()))
-    found["very hot samples"] = float(np.sqrt((hot > 12).mean()))
-    found["pattern skewness"] = float(np.cbrt((a * b * (a + b) / 2).mean() / sigma**3))
+        one, other = a[:, dy:, dx:], b[:, : h - dy, : w - dx]
+        product = np.einsum("khw,khw->k", one, other) / ((h - dy) * (w - dx))
+        found[f"pattern neighbours {dy},{dx}"] = safe_ratio(product, group.variance)
+    sigma = np.sqrt(np.maximum(group.variance, ROUNDING_DN2))
+    hot = np.minimum(a, b) / sigma[:, None, None]
+    found["hot samples"] = np.sqrt((hot > 3).mean(axis=(1, 2)))
+    found["very hot samples"] = np.sqrt((hot > 12).mean(axis=(1, 2)))
+    third = (a * b * (a + b) / 2).mean(axis=(1, 2), dtype=np.float64)
+    found["pattern skewness"] = np.cbrt(third / sigma**3)
     return found
 
 
-def _cap_in_light(product: Array) -> float:
+def _cap_in_light(product: Array) -> Floats:
     """A bound that edges of the picture cannot pass: 50 times the typical size."""
-    return 50.0 * float(np.median(np.abs(product[::7]))) + 1e-12
+    return 50.0 * np.median(np.abs(product[:, ::7]), axis=1).astype(np.float64) + 1e-12
 
 
-def _cap_in_the_dark(product: Array) -> float:
+def _cap_in_the_dark(product: Array) -> Floats:
     """A bound that a handful of hot samples cannot pass: 100 times the typical size.
 
     The typical size is a mean: where noise is below a step of the converter, most products are 0.
     """
     size = np.abs(product)
-    return 100.0 * float(np.minimum(size, 100.0 * size.mean()).mean()) + 1e-12
+    most = 100.0 * size.mean(axis=1, keepdims=True)
+    typical = np.minimum(size, most).mean(axis=1, dtype=np.float64)
+    return np.asarray(100.0 * typical + 1e-12)

@@ -6,103 +6,98 @@ mean over a finite group takes off, which real and simulated frames share.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
-from analysis.gap.look.statistics.group import Group, lagged, safe_ratio
+from analysis.gap.look.statistics.group import Figures, Floats, Group, lagged, safe_ratio
 
 LAGS = ((0, 1), (1, 0), (1, 1), (1, -1), (0, 2), (2, 0), (0, 3))
 """Rows down and columns right, in samples of the lattice."""
 
 
-def rows(group: Group) -> dict[str, float]:
+def rows(group: Group) -> Figures:
     """Covariance between pixels of a row, and of rows with later rows: row noise, drift, clamp."""
-    return _lines(group.noise.mean(axis=2), group, "row")
+    return _lines(group.rows, group, "row")
 
 
-def columns(group: Group) -> dict[str, float]:
+def columns(group: Group) -> Figures:
     """Covariance between pixels of a column in one frame: noise that changes by column."""
-    return _lines(group.noise.mean(axis=1), group, "column")
+    return _lines(group.columns, group, "column")
 
 
-def _lines(lines: np.ndarray, group: Group, kind: str) -> dict[str, float]:
-    n, count = lines.shape
-    other = group.noise.shape[1] * group.noise.shape[2] // count
-    whole = lines.mean(axis=1, keepdims=True)
-    lines = lines - whole
-    spread = float(np.square(lines).mean()) * n / (n - 1) - group.variance / other
-    scale = group.variance
+def _lines(lines: Floats, group: Group, kind: str) -> Figures:
+    count, n, scale = lines.shape[2], group.frames, group.variance
+    lines = lines - lines.mean(axis=2, keepdims=True)
+    spread = np.square(lines).mean(axis=(1, 2)) * n / (n - 1) - scale * count / group.pixels
     found = {f"{kind} correlation": safe_ratio(spread, scale)}
     for lag in (1, 2, 8):
         if count > 4 * lag:
-            product = float((lines[:, lag:] * lines[:, :-lag]).mean())
+            product = (lines[..., lag:] * lines[..., :-lag]).mean(axis=(1, 2))
             found[f"{kind} correlation, lag {lag}"] = safe_ratio(product, scale)
     return found
 
 
-def frames(group: Group) -> dict[str, float]:
+def frames(group: Group) -> Figures:
     """Whole frames that go up and down together, how far they wander, and how the next one follows.
 
     Over what independent pixels would do, so that any number of them and any noise give figures of
     one size: a mean of squares over its expectation, whose cube root is all but normal (Wilson and
     Hilferty, PNAS 17, 684 (1931)), and 1 of independent noise.
     """
-    pixels = group.mean.size
-    level = np.array([cv2.sumElems(one)[0] for one in group.codes]) / np.sqrt(pixels)
+    level = group.rows.mean(axis=2) * np.sqrt(group.pixels)
     steps = np.diff(level)
-    by_steps = float(np.square(steps).mean()) / 2
-    spread = float(np.cbrt(safe_ratio(by_steps, group.variance)))
-    slope = float(np.polyfit(np.arange(len(level)), level, 1)[0])
+    by_steps = np.square(steps).mean(axis=1) / 2
+    spread = np.cbrt(safe_ratio(by_steps, group.variance))
+    wander = np.cbrt(safe_ratio(level.var(axis=1, ddof=1), group.variance))
+    middle = (group.frames - 1) / 2
+    when = np.arange(group.frames) - middle
+    slope = level @ when / (when @ when)
     found = {
         "frame spread": spread,
-        "frame wander": float(np.cbrt(safe_ratio(level.var(ddof=1), group.variance))) - spread,
-        "frame trend": safe_ratio(slope, float(np.sqrt(group.variance))),
+        "frame wander": wander - spread,
+        "frame trend": safe_ratio(slope, np.sqrt(group.variance)),
     }
-    if len(level) >= 4:
-        following = float((steps[1:] * steps[:-1]).mean())
+    if group.frames >= 4:
+        following = (steps[:, 1:] * steps[:, :-1]).mean(axis=1)
         found["frame steps, next"] = safe_ratio(following, 2 * by_steps)
     return found
 
 
-def neighbours(group: Group) -> dict[str, float]:
+def neighbours(group: Group) -> Figures:
     """Correlation of the noise with that of samples nearby."""
-    n, _, w = group.noise.shape
+    n, w = group.frames, group.noise.shape[3]
     scale = group.variance * (n - 1) / n
+    flat = group.noise.reshape(len(group.codes), -1)
     return {
-        f"neighbour correlation {dy},{dx}": safe_ratio(lagged(group.noise, dy * w + dx), scale)
+        f"neighbour correlation {dy},{dx}": safe_ratio(lagged(flat, dy * w + dx), scale)
         for dy, dx in LAGS
     }
 
 
-def time(group: Group) -> dict[str, float]:
+def time(group: Group) -> Figures:
     """Correlation of a pixel with itself in later frames."""
-    noise, n = group.noise, len(group.noise)
-    size = group.mean.size
-    power = np.einsum("nhw,nhw->n", noise, noise) / size
-    scale = group.variance
+    n = group.frames
+    power = np.diagonal(group.products, axis1=1, axis2=2)
     found = {}
     for lag in (1, 2, 3):
         if n <= lag:
             continue
-        together = np.einsum("nhw,nhw->n", noise[lag:], noise[:-lag]) / size
-        steps = (power[lag:] + power[:-lag]) / 2 - together
-        found[f"time structure, lag {lag}"] = safe_ratio(float(steps.mean()), scale) - 1.0
+        together = np.diagonal(group.products, lag, axis1=1, axis2=2)
+        steps = (power[:, lag:] + power[:, :-lag]) / 2 - together
+        found[f"time structure, lag {lag}"] = safe_ratio(steps.mean(axis=1), group.variance) - 1.0
     return found
 
 
-def tails(group: Group) -> dict[str, float]:
+def tails(group: Group) -> Figures:
     """Skewness and kurtosis of the noise, and pixels that are far noisier than most."""
-    noise, n = group.noise, len(group.noise)
-    square = np.square(noise)
-    flat, flat_square = noise.ravel(), square.ravel()
-    by_pixel = group.energy / n
-    v = float(by_pixel.mean(dtype=np.float64))
-    third = float(np.dot(flat_square, flat)) / flat.size
-    fourth = float(np.dot(flat_square, flat_square)) / flat.size
-    loud = float((by_pixel > 5 * v).mean()) if v > 0 else 0.0
+    n, k = group.frames, len(group.codes)
+    flat, square = group.noise.reshape(k, -1), group.square.reshape(k, -1)
+    by_pixel = group.energy.reshape(k, -1) / np.float32(n)
+    v = group.variance * (n - 1) / n
+    third, fourth = np.vecdot(square, flat), np.vecdot(square, square)
+    loud = (by_pixel > 5 * v[:, None]).mean(axis=1)
     return {
-        "skewness": safe_ratio(third, v**1.5),
-        "kurtosis": safe_ratio(fourth, v * v) - 3.0,
-        "loud pixels": float(np.sqrt(loud)),
-        "spread of pixel variance": safe_ratio(float(by_pixel.std()), v),
+        "skewness": safe_ratio(third / flat.shape[1], v**1.5),
+        "kurtosis": safe_ratio(fourth / flat.shape[1], v * v) - 3.0,
+        "loud pixels": np.where(v > 0, np.sqrt(loud), 0.0),
+        "spread of pixel variance": safe_ratio(by_pixel.std(axis=1), v),
     }
