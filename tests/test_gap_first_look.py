@@ -28,7 +28,14 @@ NOTHING = np.zeros((1, 1, 1))
 
 def shown(figures: np.ndarray, name: str = "adc_dnl", sets: int = 1) -> Signature:
     effect = catalogue()[name]()
-    return Signature(effect=effect, keys=KEYS, figures=figures, means=NOTHING, sets=sets)
+    return Signature(
+        effect=effect,
+        keys=KEYS,
+        figures=figures,
+        means=NOTHING,
+        plain=(figures, NOTHING),
+        sets=sets,
+    )
 
 
 def case(left: np.ndarray) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import IMAGE, Key
@@ -163,11 +164,20 @@ def test_a_name_that_little_speaks_for_is_doubted() -> None:
     assert chances[-1] > 0.99
 
 
+MANY = 1e6
+"""Degrees of freedom of an error that is known."""
+
+
 def test_the_best_of_many_is_less_surprising() -> None:
-    """Sidak's correction: forty suspects reach 9.6 by chance about once in thirteen captures."""
-    one = p_of_best([candidate("row_noise", 9.6)])
-    forty = p_of_best([candidate("row_noise", 9.6)] + [candidate("jpeg", 0.0)] * 39)
+    """Sidak's correction: forty suspects reach 9.6 by chance about once in thirteen captures, and
+    with twenty degrees of freedom for the error of each once in five: Student's t of 3.1 is as rare
+    as 2.8 of a normal one."""
+    one = p_of_best([candidate("row_noise", 9.6)], MANY)
+    forty = p_of_best([candidate("row_noise", 9.6)] + [candidate("jpeg", 0.0)] * 39, MANY)
     assert forty == pytest.approx(1 - (1 - one) ** 40)
+    few = p_of_best([candidate("row_noise", 9.6)], 20.0)
+    assert few == pytest.approx(2 * stats.t.sf(np.sqrt(9.6), 20.0))
+    assert few > 2.5 * one
     assert both(0.01, 0.5) == pytest.approx(1 - 0.99**2)
 
 

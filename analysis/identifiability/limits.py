@@ -7,7 +7,9 @@ zero:
     z(a)^2 = |s'(a)|^2 = mean over i != j of s'_i . s'_j
 
 for signatures s_i by different random numbers. Products of different ones have no noise of their
-own in their mean, which the square of one signature would.
+own in their mean, which the square of one signature would. A long way is not straight: a camera
+that is calibrated to a strong effect is turned by what P s says and looked at again, so that only
+what no camera without the effect shows is left.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit
+from analysis.gap.calibrate.refine import turn
+from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import twin
 from analysis.gap.measure.signature import scaled, signature, starts, strengths
 from sensor.effect import Effect
@@ -41,6 +45,12 @@ CLOSE = 0.05
 
 WELL_SHOWN = 0.75
 """Of five standard errors: a search that ends below it has found no limit."""
+
+CALIBRATIONS = 2
+"""Steps of calibration that are made at most; the second one's are small."""
+
+LEAST_TAKEN_UP = 100.0
+"""Chi-squared taken up from which another step is made: ten standard errors are straight enough."""
 
 SMALLEST, LARGEST = 1e-4, 1e4
 """Factors of the default strength between which a limit is looked for."""
@@ -93,15 +103,30 @@ def limits(
 
 def shown(effect: Effect, known: Fit, turned: Calibration) -> tuple[float, float]:
     """Chi-squared of an effect's signature after calibration, and before; below 0 by chance."""
-    whole, left = [], []
-    for seed in LIMIT_SEEDS:
-        one = signature(effect, known, seeds=(seed,))
-        if one is None:
-            return 0.0, 0.0
-        vector = turned.space.vector(one.figures, one.means)
-        whole.append(vector)
-        left.append(turned.left(vector))
-    return between(np.array(left)), between(np.array(whole))
+    base = known.base
+    vectors = _vectors(effect, known, base, turned)
+    if vectors is None:
+        return 0.0, 0.0
+    whole = between(vectors)
+    for _ in range(CALIBRATIONS):
+        # what a camera without the effect shows like it, the one with it does not need
+        amounts = turned.amounts(vectors.mean(axis=0))
+        taken_up = between(vectors) - between(turned.left(vectors))
+        if taken_up < LEAST_TAKEN_UP:
+            break
+        base = turn(base, known.ways, -amounts)
+        again = _vectors(effect, known, base, turned)
+        if again is None:
+            break
+        vectors = again
+    return between(turned.left(vectors)), whole
+
+
+def _vectors(effect: Effect, known: Fit, base: Base, turned: Calibration) -> Floats | None:
+    """A camera with an effect against the one without, by each set of random numbers."""
+    found = [signature(effect, known, seeds=(seed,), base=base) for seed in LIMIT_SEEDS]
+    shown = [turned.space.vector(one.figures, one.means) for one in found if one is not None]
+    return np.array(shown) if len(shown) == len(LIMIT_SEEDS) else None
 
 
 def between(rows: Floats) -> float:

@@ -25,8 +25,12 @@ Floats = NDArray[np.float64]
 FIRST_SEED = 7_000_001
 """Of the twins; a user's own capture has small seeds."""
 
-SEEDS = (FIRST_SEED, FIRST_SEED + 1)
-"""Of the twins that show what a change does."""
+TURNED_SEEDS = (FIRST_SEED, FIRST_SEED + 1)
+"""Of the twins whose knobs are turned."""
+
+SEEDS = (FIRST_SEED + 500, FIRST_SEED + 501)
+"""Of the twins that show what a suspect does. None of those whose mean is the expectation: what a
+change does to a figure goes with the figure's own noise, and would lean away from that mean."""
 
 FINAL_SEEDS = (*SEEDS, FIRST_SEED + 2)
 """Of those of finalists: their noise is then below that of frames."""
@@ -64,10 +68,10 @@ def with_keys(seen: Observation, keys: tuple[Key, ...]) -> Observation:
 
 
 def twins(
-    scenery: Scenery, base: Base, count: int, effects: Sequence[Effect] = ()
+    scenery: Scenery, base: Base, seeds: Iterable[int], effects: Sequence[Effect] = ()
 ) -> dict[int, Observation]:
-    """As many bodies of a camera by their seed, a group of frames each."""
-    return {s: twin(scenery, base, effects=effects, seed=s) for s in seeds_of(count)}
+    """Bodies of a camera by their seed, a group of frames each."""
+    return {seed: twin(scenery, base, effects=effects, seed=seed) for seed in seeds}
 
 
 def some(twins: Mapping[int, Observation], seeds: Sequence[int]) -> dict[int, Observation]:
@@ -89,7 +93,7 @@ class Fit:
         more: covariance that blocks of its twins have beyond noise, fixed pattern and light.
         ways: what calibration can take up.
         picture: calibration of one group's mean image, by which texture is read.
-        references: its twins of `FINAL_SEEDS`, textured like a capture.
+        references: more twins, of `FINAL_SEEDS`, textured like a capture.
     """
 
     base: Base
@@ -229,7 +233,7 @@ def chi2_of_twins(space: Space, bodies: Observation) -> float:
     return max(float(np.square(each).sum() / count), float(each.shape[1]))
 
 
-TWINS = 16
+TWINS = 24
 
 TWICE = 8
 """Of them that are looked at twice."""
@@ -240,10 +244,10 @@ OTHER_FRAMES = 1000
 
 def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     """Everything around a model: twins, spreads, directions."""
-    alone = twins(scenery, base, TWINS, effects)
+    alone = twins(scenery, base, seeds_of(TWINS), effects)
     plain = together(alone.values())
     variances = figure_variances(plain, scenery.light.known)
-    other = moved_twins(base, scenery, some(alone, SEEDS), effects)
+    other = moved_twins(base, scenery, some(alone, TURNED_SEEDS), effects)
     plain_ways = directions(base, scenery, other)
     of_one = space_of(plain, variances, base, scenery, 1, floors=False)
     more = beyond(of_one, base, plain)
@@ -269,6 +273,6 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         picture=picture,
         references={
             seed: with_keys(with_texture(one, picture, scenery), bodies.keys)
-            for seed, one in some(alone, FINAL_SEEDS).items()
+            for seed, one in twins(scenery, base, FINAL_SEEDS, effects).items()
         },
     )

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import (
-    SEEDS,
+    TURNED_SEEDS,
     chi2_of_twins,
+    seeds_of,
     some,
     spaces_by,
     together,
@@ -125,7 +126,7 @@ def refined(
         scenery: their light and shots.
         effects: what the camera has besides.
     """
-    alone = twins(scenery, base, STEP_TWINS, effects)
+    alone = twins(scenery, base, seeds_of(STEP_TWINS), effects)
     bodies = together(alone.values())
     both = with_keys(seen, bodies.keys)
     space, of_one = spaces_by(bodies, base, scenery, both)
@@ -235,7 +236,7 @@ def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float =
 
 
 def _directions(point: Refined, scenery: Scenery) -> Directions:
-    references = some(point.bodies, SEEDS)
+    references = some(point.bodies, TURNED_SEEDS)
     return directions(
         point.base, scenery, moved_twins(point.base, scenery, references, point.effects)
     )

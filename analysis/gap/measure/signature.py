@@ -40,23 +40,30 @@ class Signature:
     Attributes:
         effect: with its parameters.
         keys: of the figures.
-        figures, means: differences from the base.
-        sets: of random numbers that agree on them.
+        figures, means: differences from the base that all sets of random numbers agree on.
+        plain: the same with their noise, as a pair: drawn to zero by nothing.
+        sets: of random numbers.
     """
 
     effect: Effect
     keys: tuple[Key, ...]
     figures: Floats
     means: Floats
+    plain: tuple[Floats, Floats]
     sets: int
 
     def on(self, keys: tuple[Key, ...]) -> Signature:
         """The same on the figures of another model; one that was not seen did not move."""
         if keys == self.keys:
             return self
-        known = dict(zip(self.keys, self.figures, strict=True))
-        figures = np.array([known.get(key, 0.0) for key in keys])
-        return dataclasses.replace(self, keys=keys, figures=figures)
+        place = {key: index for index, key in enumerate(self.keys)}
+        found = np.array([place.get(key, -1) for key in keys])
+
+        def moved(figures: Floats) -> Floats:
+            return np.where(found < 0, 0.0, figures[found])
+
+        plain = moved(self.plain[0]), self.plain[1]
+        return dataclasses.replace(self, keys=keys, figures=moved(self.figures), plain=plain)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,8 +123,17 @@ def signature(
         return None
     before = [known.references[seed] for seed in seeds]
     figures, means = agreed(before, after)
+    plain = (
+        np.mean([b.figures[0] - a.figures[0] for a, b in zip(before, after, strict=True)], axis=0),
+        np.mean([b.means[0] - a.means[0] for a, b in zip(before, after, strict=True)], axis=0),
+    )
     return Signature(
-        effect=effect, keys=before[0].keys, figures=figures, means=means, sets=len(after)
+        effect=effect,
+        keys=before[0].keys,
+        figures=figures,
+        means=means,
+        plain=plain,
+        sets=len(after),
     )
 
 

@@ -45,11 +45,29 @@ def channels_alike(base: Base) -> Base:
     )
 
 
+ELSEWHERE = 3.0
+"""Times a parameter from which another value of it is another place to begin."""
+
+
 def choices(effect: Effect) -> list[Effect]:
-    """The same effect with a choice made differently, or with another of its strengths."""
+    """The same effect with a choice made differently, with another of its strengths, or with a
+    parameter as far from here as its search begins elsewhere.
+    """
     others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
-    return chosen_otherwise(effect) + [
-        one for on, one in others.items() if on != _strengths_on(effect)
+    return [
+        *chosen_otherwise(effect),
+        *(one for on, one in others.items() if on != _strengths_on(effect)),
+        *_elsewhere(effect),
+    ]
+
+
+def _elsewhere(effect: Effect) -> list[Effect]:
+    return [
+        dataclasses.replace(effect, **{p.name: value})
+        for p in effect.parameters()
+        if not p.whole and isinstance(now := getattr(effect, p.name), float)
+        for value in p.starts
+        if now > 0 and value > 0 and max(now / value, value / now) > ELSEWHERE
     ]
 
 

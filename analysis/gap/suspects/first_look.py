@@ -117,7 +117,8 @@ def confirmed(first: Signature, known: Fit) -> Signature:
         np.array([first.means, second.means]),
         known.references[SEEDS[0]],
     )
-    return dataclasses.replace(second, figures=figures, means=means, sets=len(SEEDS))
+    plain = (first.plain[0] + second.plain[0]) / 2, (first.plain[1] + second.plain[1]) / 2
+    return dataclasses.replace(second, figures=figures, means=means, plain=plain, sets=len(SEEDS))
 
 
 def in_range(kind: type[Effect], hints: Hints) -> dict[str, float | Colours]:

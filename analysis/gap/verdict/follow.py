@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import counted, refine, refined
-from analysis.gap.measure.case import Candidate, Case
+from analysis.gap.measure.case import Candidate, Case, freedom_of
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.filtered import filtered
@@ -130,7 +130,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         shown = closer(now.case, shown, tell)
         candidates = attribute(now.case, shown, tell, told=told)
         first = first or candidates
-        chances.append(both(now.whole.p_value, p_of_best(candidates)))
+        by_best = p_of_best(candidates, freedom_of(now.rod.spread))
+        chances.append(both(now.whole.p_value, by_best))
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
         if choice is None:
             break

@@ -14,9 +14,9 @@ from analysis.gap.report import Gap
 SIGNIFICANCE = 0.05
 """A gap that chance makes more often is none."""
 
-LEAST_SCORE = 14.0
-"""Fall of chi-squared of a suspect that is named: what the best of forty reaches by chance once in
-a hundred captures."""
+LEAST_SCORE = 15.0
+"""Fall of chi-squared of a suspect that is named: what the best of forty reaches by chance three
+times in a hundred captures, as the twins along its direction are few; see `p_of_best`."""
 
 MARGIN = 9.0
 """By how much a suspect must beat one that is not named with it."""
@@ -89,11 +89,16 @@ CLOSES_ALONE = 0.45
 likeliest single cause, but not likelier than not, as its own signature is not the best."""
 
 
-def p_of_best(candidates: Sequence[Candidate]) -> float:
-    """Chance that the best of so many suspects reaches its score where nothing is wrong."""
+def p_of_best(candidates: Sequence[Candidate], freedom: float) -> float:
+    """Chance that the best of so many suspects reaches its score where nothing is wrong.
+
+    Args:
+        candidates: best first.
+        freedom: degrees of freedom of the standard error along its direction: Student's t.
+    """
     if not candidates or candidates[0].score <= 0:
         return 1.0
-    one = float(stats.chi2.sf(candidates[0].score, 1))
+    one = 2.0 * float(stats.t.sf(np.sqrt(candidates[0].score), freedom))
     return float(1.0 - (1.0 - one) ** len(candidates))
 
 
