@@ -12,7 +12,7 @@ import pytest
 from analysis.gap.calibrate import fit
 from analysis.gap.look.observe import Key
 from analysis.gap.measure.signature import Signature, hold
-from analysis.gap.suspects import attribute
+from analysis.gap.suspects import adapt
 from sensor.effect import Effect
 from sensor.effects.row_noise import RowNoise
 
@@ -77,10 +77,10 @@ def test_a_weak_effect_has_the_strength_that_shows_as_much(
     here two at most, so that of 8 they are (2 + 0.8) / 8."""
     truth = next(s for s in np.geomspace(1e-3, 1.0, 4000) if shows(s) > 8.0)
     signature = simulated(shows)
-    monkeypatch.setattr(attribute, "signature", signature)
+    monkeypatch.setattr(adapt, "signature", signature)
     case = capture(shows(truth) * SHAPE)
     found = hold(signature(RowNoise(), None), case.fitting.turned, case.fit_left)
-    adapted = attribute._adapt(case, found)
+    adapted = adapt.adapted(case, found)
     assert isinstance(adapted.effect, RowNoise)
     assert adapted.effect.sigma_e / DEFAULT_E == pytest.approx(truth, rel=0.35)
     assert adapted.clearest.score > 0.9 * 8.0**2

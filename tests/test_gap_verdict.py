@@ -181,6 +181,19 @@ def test_the_best_of_many_is_less_surprising() -> None:
     assert both(0.01, 0.5) == pytest.approx(1 - 0.99**2)
 
 
+@pytest.mark.parametrize(
+    ("value", "by", "expected"),
+    [(2.0, 0.5, 2.5), (2.0, -1.5, 0.5), (2.0, -2.0, 2.0), (2.0, -3.0, 2.0), (-2.0, 3.0, -2.0)],
+)
+def test_a_last_step_does_not_take_an_effect_away(value: float, by: float, expected: float) -> None:
+    """A strength that vanishes at 0 may become smaller, and never 0 or of the other sign."""
+    (strength,) = (
+        p for p in catalogue()["black_level_offset"].parameters() if p.name == "offset_e"
+    )
+    assert strength.identity == 0
+    assert conclude.last_step(strength, value, by) == expected
+
+
 def test_every_confusion_names_effects_that_exist() -> None:
     """The table of separating captures speaks of the catalogue."""
     for names, text in SEPARATED_BY:

@@ -4,40 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from analysis.gap.measure.case import Candidate, Case, candidate
-from analysis.gap.measure.signature import (
-    Evidence,
-    Signature,
-    hold,
-    scaled,
-    signature,
-)
+from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
 from analysis.gap.ready.hints import Told
+from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import MISFIT, anew
 from analysis.gap.suspects.likelihood import judged
 from analysis.gap.suspects.pursue import LONG, pursue
 from sensor.effect import Effect
-
-ROUNDS = 3
-"""How often a suspect is simulated again at the strength that it seems to have."""
-
-RIGHT = (0.75, 1.33)
-"""Strengths this near to each other need no further round."""
-
-USUAL_RESPONSE = 1.5
-"""Power of the strength with which a signature grows, until two strengths have been tried: noise
-shows as its variance, what bends and blurs as itself."""
-
-RESPONSES = (0.5, 4.0)
-"""Powers that are believed."""
-
-NEXT_TO_NOTHING = 1e-3
-"""Part of what the capture has that no strength shows less of."""
 
 WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
@@ -77,15 +55,15 @@ def attribute(
     """
     keys = case.fitting.turned.space.keys
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
-    adapted = []
+    at_strength = []
     evident = [e for e in first if e.name in told]
     possible = [e for e in first if e not in evident and not too_much(e)]
     for found in possible[:ADAPTED]:
         if found.score > WORTH_A_LOOK:
             watch(found.name)
-            adapted.append(_adapt(case, found))
-    adapted.sort(key=lambda one: -one.clearest.score)
-    likely = [a for a in adapted if a.clearest.score > NEAR * adapted[0].clearest.score]
+            at_strength.append(adapted(case, found))
+    at_strength.sort(key=lambda one: -one.clearest.score)
+    likely = [a for a in at_strength if a.clearest.score > NEAR * at_strength[0].clearest.score]
     candidates: list[Candidate] = []
     for found in evident:
         watch(found.name)
@@ -116,7 +94,7 @@ def attribute(
     unexplained = expected * (without - 1.0)
     candidates = judged(case, candidates, unexplained)
     done = {c.name for c in candidates}
-    candidates += [_as_adapted(case, a) for a in adapted if a.effect.name not in done]
+    candidates += [_as_adapted(case, a) for a in at_strength if a.effect.name not in done]
     done = {c.name for c in candidates}
     candidates += [_as_it_is(case, e) for e in first if e.name not in done]
     unique = {c.name: c for c in reversed(candidates)}
@@ -167,76 +145,7 @@ def _comes_in_steps(effect: Effect) -> bool:
     return scaled(effect, 0.5) == effect
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Adapted:
-    """A suspect at the strengths at which it was simulated.
-
-    Attributes:
-        effect: as strong as the capture has it.
-        nearest: simulated with about that strength.
-        clearest: with the one whose signature takes most off chi-squared. The difference of two
-            twins has the same noise whatever the strength, so that of a weak effect a strong one's
-            is the better picture.
-    """
-
-    effect: Effect
-    nearest: Evidence
-    clearest: Evidence
-
-
-def _adapt(case: Case, found: Evidence) -> _Adapted:
-    """Simulate at the strength it seems to have, until it has it."""
-    here = signature(found.effect, case.known) if case.known.effects else None
-    clearest = found if here is None else _held(case, here)
-    tried = {1.0: clearest}
-    aim = _aim(case, tried, clearest)
-    for _ in range(ROUNDS):
-        if aim == 0 or any(RIGHT[0] <= aim / factor <= RIGHT[1] for factor in tried):
-            break
-        moved = signature(scaled(found.effect, aim), case.known)
-        if moved is None or moved.effect in {one.effect for one in tried.values()}:
-            break
-        tried[aim] = _held(case, moved)
-        clearest = max(tried.values(), key=lambda one: one.score)
-        aim = _aim(case, tried, clearest)
-    near = min(tried, key=lambda factor: abs(np.log(factor / aim)) if factor * aim > 0 else np.inf)
-    return _Adapted(effect=scaled(found.effect, aim), nearest=tried[near], clearest=clearest)
-
-
-def _aim(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float:
-    """The strength, as a factor, with which an effect shows as much of its clearest signature as
-    the capture has: what each strength shows of it is known far better than the capture is.
-
-    Args:
-        case: the capture.
-        tried: the effect by factor of its strength.
-        clearest: one of them.
-    """
-    own = next(factor for factor, one in tried.items() if one is clearest)
-    amount = clearest.amount
-    if amount <= 0:
-        return -own * min(-amount, 4.0)
-    space = case.fitting.turned.space
-    template = clearest.left[: len(space.families)] / clearest.norm
-    # below a threshold there is nothing, whatever the noise says
-    known = [
-        (
-            factor,
-            max(float(space.vector(*one.signature.plain) @ template), NEXT_TO_NOTHING * amount),
-        )
-        for factor, one in tried.items()
-        if factor * own > 0
-    ]
-    (factor, part), *others = sorted(known, key=lambda one: abs(np.log(one[1] / amount)))
-    response = USUAL_RESPONSE
-    if others:
-        beyond = [one for one in others if (one[1] > amount) is not (part > amount)]
-        other, other_part = (beyond or others)[0]
-        response = float(np.clip(np.log(part / other_part) / np.log(factor / other), *RESPONSES))
-    return factor * float(np.clip((amount / part) ** (1.0 / response), 0.1, 8.0))
-
-
-def followed(case: Case, adapted: _Adapted) -> Candidate:
+def followed(case: Case, found: Adapted) -> Candidate:
     """A suspect pursued, or as it was seen at first where that leaves less.
 
     Every try of a pursuit has noise of its own, in its camera as well. Where an effect hardly
@@ -244,18 +153,17 @@ def followed(case: Case, adapted: _Adapted) -> Candidate:
 
     Args:
         case: the capture.
-        adapted: the suspect.
+        found: the suspect.
     """
-    pursued = pursue(case, adapted.nearest)
-    if _comes_in_steps(adapted.effect):
+    pursued = pursue(case, found.nearest)
+    if _comes_in_steps(found.effect):
         return pursued
-    return min(pursued, _as_adapted(case, adapted), key=lambda one: one.misfit)
+    return min(pursued, _as_adapted(case, found), key=lambda one: one.misfit)
 
 
-def _as_adapted(case: Case, adapted: _Adapted) -> Candidate:
-    """An adapted suspect, by its clearest signature."""
-    found = _as_it_is(case, adapted.clearest)
-    return dataclasses.replace(found, effect=adapted.effect)
+def _as_adapted(case: Case, found: Adapted) -> Candidate:
+    """A suspect at its strength, by its clearest signature."""
+    return dataclasses.replace(_as_it_is(case, found.clearest), effect=found.effect)
 
 
 def _as_it_is(case: Case, found: Evidence) -> Candidate:

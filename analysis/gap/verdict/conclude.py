@@ -196,9 +196,10 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
         if handle not in model.ways.tuned:
             return Figure(value=value, se=None, unit=p.unit)
         place = len(model.ways.knobs) + model.ways.tuned.index(handle)
-        moved, error = p.clipped(value + after.amounts[place]), float(after.errors[place])
+        error = float(after.errors[place])
         if not np.isfinite(error):
-            return Figure(value=moved, se=None, unit=p.unit)
+            return Figure(value=value, se=None, unit=p.unit)
+        moved = last_step(p, value, float(after.amounts[place]))
         if p.identity is not None:
             error = max(error, least_error(moved - p.identity, best.score))
         return Figure(value=moved, se=error, unit=p.unit)
@@ -210,6 +211,17 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
         absorbed=best.absorbed,
         parameters={p.name: figure(p) for p in effect.parameters()},
     )
+
+
+def last_step(p: Parameter, value: float, by: float) -> float:
+    """A parameter after the last step of the fit, inside its range.
+
+    A strength is not moved to where the effect vanishes, or beyond: that there is one has been
+    shown, and a step that says otherwise only says how little it knows.
+    """
+    moved = p.clipped(value + by)
+    gone = p.identity is not None and (moved - p.identity) * (value - p.identity) <= 0
+    return value if gone else moved
 
 
 def least_error(strength: float, score: float) -> float:

@@ -1,0 +1,103 @@
+"""A suspect at the strength that it seems to have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.measure.case import Case
+from analysis.gap.measure.signature import Evidence, hold, scaled, signature
+from sensor.effect import Effect
+
+ROUNDS = 3
+"""How often a suspect is simulated again at the strength that it seems to have."""
+
+RIGHT = (0.75, 1.33)
+"""Strengths this near to each other need no further round."""
+
+USUAL_RESPONSE = 1.5
+"""Power of the strength with which a signature grows, until two strengths have been tried: noise
+shows as its variance, what bends and blurs as itself."""
+
+RESPONSES = (0.5, 4.0)
+"""Powers that are believed."""
+
+NEXT_TO_NOTHING = 1e-3
+"""Part of what the capture has that no strength shows less of."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Adapted:
+    """A suspect at the strengths at which it was simulated.
+
+    Attributes:
+        effect: as strong as the capture has it.
+        nearest: simulated with about that strength.
+        clearest: with the one whose signature takes most off chi-squared. The difference of two
+            twins has the same noise whatever the strength, so that of a weak effect a strong one's
+            is the better picture.
+    """
+
+    effect: Effect
+    nearest: Evidence
+    clearest: Evidence
+
+
+def adapted(case: Case, found: Evidence) -> Adapted:
+    """Simulate a suspect at the strength it seems to have, until it has it.
+
+    Args:
+        case: the capture.
+        found: the suspect, at this model or at one before it.
+    """
+    turned = case.fitting.turned
+    here = signature(found.effect, case.known) if case.known.effects else None
+    clearest = found if here is None else hold(here, turned, case.fit_left)
+    tried = {1.0: clearest}
+    aim = _aim(case, tried, clearest)
+    for _ in range(ROUNDS):
+        if aim == 0 or any(RIGHT[0] <= aim / factor <= RIGHT[1] for factor in tried):
+            break
+        moved = signature(scaled(found.effect, aim), case.known)
+        if moved is None or moved.effect in {one.effect for one in tried.values()}:
+            break
+        tried[aim] = hold(moved, turned, case.fit_left)
+        clearest = max(tried.values(), key=lambda one: one.score)
+        aim = _aim(case, tried, clearest)
+    near = min(tried, key=lambda factor: abs(np.log(factor / aim)) if factor * aim > 0 else np.inf)
+    return Adapted(effect=scaled(found.effect, aim), nearest=tried[near], clearest=clearest)
+
+
+def _aim(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float:
+    """The strength, as a factor, with which an effect shows as much of its clearest signature as
+    the capture has: what each strength shows of it is known far better than the capture is.
+
+    Args:
+        case: the capture.
+        tried: the effect by factor of its strength.
+        clearest: one of them.
+    """
+    own = next(factor for factor, one in tried.items() if one is clearest)
+    amount = clearest.amount
+    if amount <= 0:
+        return -own * min(-amount, 4.0)
+    space = case.fitting.turned.space
+    template = clearest.left[: len(space.families)] / clearest.norm
+    # below a threshold there is nothing, whatever the noise says
+    known = [
+        (
+            factor,
+            max(float(space.vector(*one.signature.plain) @ template), NEXT_TO_NOTHING * amount),
+        )
+        for factor, one in tried.items()
+        if factor * own > 0
+    ]
+    (factor, part), *others = sorted(known, key=lambda one: abs(np.log(one[1] / amount)))
+    response = USUAL_RESPONSE
+    if others:
+        beyond = [one for one in others if (one[1] > amount) is not (part > amount)]
+        other, other_part = (beyond or others)[0]
+        response = float(np.clip(np.log(part / other_part) / np.log(factor / other), *RESPONSES))
+    return factor * float(np.clip((amount / part) ** (1.0 / response), 0.1, 8.0))
