@@ -15,10 +15,10 @@ from analysis.gap.measure.signature import Signature, hold
 from analysis.gap.suspects import adapt
 from sensor.effect import Effect
 from sensor.effects.row_noise import RowNoise
+from tests.test_gap_first_look import shown
 
 FIGURES = 400
 KEYS = tuple(Key(shot="a", lattice="Y", family="rows", statistic=str(k)) for k in range(FIGURES))
-NOTHING = np.zeros((1, 1, 1))
 DEFAULT_E = RowNoise().sigma_e
 
 
@@ -42,14 +42,7 @@ def simulated(shows: Callable[[float], float]) -> Callable[..., Signature]:
     def signature(effect: Effect, known: Any) -> Signature:
         assert isinstance(effect, RowNoise)
         figures = shows(effect.sigma_e / DEFAULT_E) * SHAPE + noise
-        return Signature(
-            effect=effect,
-            keys=KEYS,
-            figures=figures,
-            means=NOTHING,
-            plain=(figures, NOTHING),
-            sets=2,
-        )
+        return shown(figures, effect, KEYS, sets=2)
 
     return signature
 

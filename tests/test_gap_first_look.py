@@ -26,11 +26,16 @@ NOTHING = np.zeros((1, 1, 1))
 """An image of one block that does not change."""
 
 
-def shown(figures: np.ndarray, name: str = "adc_dnl", sets: int = 1) -> Signature:
-    effect = catalogue()[name]()
+def shown(
+    figures: np.ndarray,
+    effect: Effect | None = None,
+    keys: tuple[Key, ...] = KEYS,
+    sets: int = 1,
+) -> Signature:
+    """A signature of figures alone, which all sets agree on."""
     return Signature(
-        effect=effect,
-        keys=KEYS,
+        effect=effect or catalogue()["adc_dnl"](),
+        keys=keys,
         figures=figures,
         means=NOTHING,
         plain=(figures, NOTHING),
@@ -69,7 +74,9 @@ def test_what_goes_the_other_way_promises_nothing() -> None:
     left = np.where(FAMILIES == "codes", 5.0, 0.0)
     assert promise(case(left), shown(-left)) == 0.0
     either_way = next(n for n, kind in catalogue().items() if first_look.signed(kind))
-    assert promise(case(left), shown(-left, either_way)) == pytest.approx(left @ left)
+    assert promise(case(left), shown(-left, catalogue()[either_way]())) == pytest.approx(
+        left @ left
+    )
 
 
 def test_a_second_look_goes_to_those_that_promise_something(

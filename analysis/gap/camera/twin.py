@@ -15,7 +15,7 @@ from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.look.observe import Observation, Stack, View, observe
 from analysis.gap.look.repeats import fresh, repeats
-from foundation.backend import backend
+from foundation.backend import Backend, backend
 from sensor.camera import Camera
 from sensor.effect import Effect
 from sensor.protocol import Shot
@@ -73,7 +73,10 @@ def twin(
     body = seed if body is None else body
     bare = camera_of(base, scenery.body)
     level = tuple((lamp, tuple(figures.tolist())) for lamp, figures in base.level.items())
-    lights = [_lit(scenery.light, base.blur_px2, level, bare, shot) for shot in scenery.shots]
+    where = backend()
+    lights = [
+        _lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots
+    ]
     camera = bare.plus(*effects).with_body(body)
     seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return _under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
@@ -105,10 +108,11 @@ def _lit(
     level: tuple[tuple[str, tuple[float, ...]], ...],
     bare: Camera,
     shot: Shot,
+    where: Backend,
 ) -> Signal:
     """The light of a shot before the first effect; `level` and `blur_px2` are those of a base."""
     rates = electrons(light, blur_px2, {lamp: np.array(figures) for lamp, figures in level})
-    return lit(bare, shot, rates, backend())
+    return lit(bare, shot, rates, where)
 
 
 def electrons(light: Light, blur_px2: float, level: Mapping[str, Floats]) -> dict[str, Rate]:

@@ -154,7 +154,7 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
     """
     names: dict[str, list[_Name]] = {}
     looks: dict[_Name, _Seen] = {}
-    waiting: dict[_Name, NDArray[Any]] = {}
+    waiting: dict[bool, dict[_Name, NDArray[Any]]] = {False: {}, True: {}}
     repeated, lit = [], set()
     for stack in stacks:
         repeated.append(stack.repeated)
@@ -162,19 +162,17 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
             lit.add(stack.label)
         groups = [np.ascontiguousarray(dn) for dn in stack.groups]
         names[stack.label] = [_Name.of(dn, stack.lit, view) for dn in groups]
+        alike = waiting[stack.lit]
         for name, dn in zip(names[stack.label], groups, strict=True):
-            if waiting and name.lit is not next(iter(waiting)).lit:
-                looks |= _begun(waiting, view)
-                waiting = {}
-            known = _kept.get(name)
-            if known is None:
-                waiting[name] = dn
-            else:
-                looks[name] = known
-            if sum(one.size for one in waiting.values()) >= TOGETHER:
-                looks |= _begun(waiting, view)
-                waiting = {}
-    looks |= _begun(waiting, view)
+            if name in _kept:
+                looks[name] = _kept[name]
+                continue
+            alike[name] = dn
+            if sum(one.size for one in alike.values()) >= TOGETHER:
+                looks |= _begun(alike, stack.lit, view)
+                alike.clear()
+    for kind, alike in waiting.items():
+        looks |= _begun(alike, kind, view)
     _keep(looks)
     seen = [(label, [looks[name] for name in shot]) for label, shot in names.items()]
     keys: list[Key] = []
@@ -286,11 +284,10 @@ def _keep(looks: Mapping[_Name, _Seen]) -> None:
         _kept.pop(next(iter(_kept)))
 
 
-def _begun(groups: Mapping[_Name, NDArray[Any]], view: View) -> dict[_Name, _Seen]:
+def _begun(groups: Mapping[_Name, NDArray[Any]], lit: bool, view: View) -> dict[_Name, _Seen]:
     """Groups of shots that are all in the dark or all lit, begun to be looked at together."""
     if not groups:
         return {}
-    lit = next(iter(groups)).lit
     batch = _cores().submit(_on_lattices, list(groups.values()), lit, view)
     return {
         name: _Seen(batch=batch, place=k, between=_cores().submit(_between, dn, view))

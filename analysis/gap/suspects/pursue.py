@@ -22,6 +22,7 @@ from analysis.gap.measure.signature import (
     signature,
     signed,
 )
+from analysis.gap.suspects.adapt import USUAL_RESPONSE
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
@@ -65,7 +66,7 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         assert tried is not None, "the suspect has been simulated before"
         return tried
 
-    response = 1.5
+    response = USUAL_RESPONSE
 
     def strengthened(start: _Try) -> _Try:
         """The strength by its own signature, again and again."""
