@@ -74,6 +74,7 @@ class Candidate:
         forward: fall of chi-squared on the frames that score, at the strength that was fitted.
         absorbed: part of the signature that calibration takes up.
         misfit: chi-squared that it leaves of the frames that fitted it, over what is expected.
+        model: everything around the camera with it, where a search for it has come to know that.
     """
 
     effect: Effect
@@ -82,6 +83,7 @@ class Candidate:
     forward: float
     absorbed: float
     misfit: float
+    model: Fit | None = None
 
     @property
     def name(self) -> str:

@@ -75,7 +75,9 @@ def anew(
         return None if shown is None else candidate(case, shown, camera, found.absorbed)
 
     if scatters:
-        return scored(*settled(case, found.base, found.effect)) or found
+        model = settled(case, found.base, found.effect)
+        one = scored(model.base, model.effects[-1])
+        return found if one is None else dataclasses.replace(one, model=model)
 
     def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
         fitted = refine(

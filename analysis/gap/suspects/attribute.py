@@ -26,6 +26,10 @@ FINALISTS = 3
 LIKELIEST = 2
 """Finalists of which frames tell nothing, where none of those of which they do fits."""
 
+HOPELESS = 0.02
+"""Part of the best score, as both were seen at first, below which no strength is looked for: none
+makes ten times as much of a suspect, which it would need to be a finalist."""
+
 NEAR = 0.2
 """A suspect with less than this part of the best score is no finalist."""
 
@@ -58,8 +62,9 @@ def attribute(
     at_strength = []
     evident = [e for e in first if e.name in told]
     possible = [e for e in first if e not in evident and not too_much(e)]
+    least = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in possible), default=0.0))
     for found in possible[:ADAPTED]:
-        if found.score > WORTH_A_LOOK:
+        if found.score > least:
             watch(found.name)
             at_strength.append(adapted(case, found))
     at_strength.sort(key=lambda one: -one.clearest.score)

@@ -8,7 +8,7 @@ figures tell their number, size and depth in two or three steps.
 
 from __future__ import annotations
 
-from analysis.gap.calibrate.fit import around
+from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import tune, turn
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
@@ -22,8 +22,8 @@ FITS = 0.05
 """Chance of what is left from which no further step is taken."""
 
 
-def settled(case: Case, base: Base, effect: Effect) -> tuple[Base, Effect]:
-    """The camera and the effect after some steps with everything known around both.
+def settled(case: Case, base: Base, effect: Effect) -> Fit:
+    """The model with the effect, after some steps with everything known around both.
 
     Args:
         case: the capture; its frames that fit are used.
@@ -31,18 +31,19 @@ def settled(case: Case, base: Base, effect: Effect) -> tuple[Base, Effect]:
         effect: as it was found by the errors of a model without it.
     """
     known = case.known
-    best, nearest = (base, effect), float("inf")
+    best, nearest = None, float("inf")
     for _ in range(ROUNDS):
         model = around(base, known.scenery, (*known.effects, effect))
         seen = model.textured(case.fit_seen)
         turned = model.calibration_for(seen)
         gap = turned.space.of(seen)
         now = distance(turned.left(gap), spread_of(model, seen.groups))
-        if abs(now.total) > nearest:
+        if best is not None and abs(now.total) > nearest:
             break
-        best, nearest = (base, effect), abs(now.total)
+        best, nearest = model, abs(now.total)
         if now.p_value >= FITS:
             break
         amounts = turned.amounts(gap)
         base, effect = turn(base, model.ways, amounts), tune(effect, model.ways, amounts)
+    assert best is not None
     return best

@@ -216,7 +216,7 @@ def _with_it(setting: Setting, model: Fit, found: Candidate) -> tuple[Fit, Measu
     Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
     """
     effects = (*model.effects, found.effect)
-    added = around(found.base, setting.scenery, effects)
+    added = found.model or around(found.base, setting.scenery, effects)
     left = measured(added, setting.seen)
     if left.whole.p_value >= SIGNIFICANCE:
         return added, left
