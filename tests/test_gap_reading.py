@@ -16,7 +16,7 @@ from analysis.gap.look.comb import exponent, histograms, white_balance
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.measure.signature import scaled, starts
-from analysis.gap.ready.hints import brightest, dwell_s, empty_bits, mains_hz
+from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.defect_correction import DefectCorrection
@@ -187,17 +187,6 @@ def test_the_mains_is_read_from_the_beat_of_the_means(mains: float) -> None:
 def test_noise_has_no_beat() -> None:
     assert mains_hz([flickering(None)]) is None
     assert mains_hz([]) is None
-
-
-def test_a_bright_patch_has_its_place_and_its_size() -> None:
-    """Of a lobe the place is known to half a block, the area to the smoothing and the blocks."""
-    down, across = 12, 16
-    y, x = np.mgrid[:down, :across] + 0.5
-    lobe = np.exp(-(np.square(x - 11.0) + np.square(y - 4.0)) / (2 * 2.0**2))
-    patch = brightest(40 * np.tile(lobe.ravel(), (3, 3, 1)), (down, across))
-    assert abs(patch.across * across - 11.0) <= 0.5
-    assert abs(patch.below * down - 4.0) <= 0.5
-    assert patch.sigma * down == pytest.approx(np.hypot(2.0, 1.0), rel=0.15)
 
 
 def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:

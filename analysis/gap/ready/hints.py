@@ -1,4 +1,4 @@
-"""What the frames themselves say of parameters that a search could not guess: a period, a place."""
+"""What the frames themselves say of parameters that a search could not guess: a period, a time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, ndimage
+from scipy import fft
 
 from analysis.gap.camera.base import Base
 from analysis.gap.look.lattices import Lattice
@@ -171,38 +171,3 @@ def _mosaic(stack: Frames, lattices: tuple[Lattice, ...]) -> NDArray[np.float32]
         size = float(noise.std()) or 1.0
         plane[:, lattice.dy :: lattice.step, lattice.dx :: lattice.step] = noise / size
     return plane
-
-
-@dataclass(frozen=True, kw_only=True)
-class Patch:
-    """A bright patch of the residual image.
-
-    Attributes:
-        across, below: its middle, as parts of the width and of the height.
-        sigma: standard deviation of a normal lobe of its area, as a part of the height.
-    """
-
-    across: float
-    below: float
-    sigma: float
-
-
-def brightest(left: Floats, grid: tuple[int, int]) -> Patch:
-    """Where the residual image is most above the model over an area.
-
-    Args:
-        left: residual blocks in standard errors, (shots, channels, blocks).
-        grid: blocks down and across.
-    """
-    highest = max(10.0, float(np.quantile(left, 0.99)))
-    image = np.clip(left, -highest, highest).mean(axis=(0, 1)).reshape(grid)
-    smooth = ndimage.gaussian_filter(image, max(1.0, grid[0] / 12))
-    y, x = np.unravel_index(int(np.argmax(smooth)), grid)
-    # a normal lobe is over half of its peak on an area of 2 pi ln 2 sigma^2
-    pieces, _ = ndimage.label(smooth > 0.5 * smooth.max())
-    area = float((pieces == pieces[y, x]).sum())
-    return Patch(
-        across=(float(x) + 0.5) / grid[1],
-        below=(float(y) + 0.5) / grid[0],
-        sigma=float(np.sqrt(area / (2 * np.pi * np.log(2)))) / grid[0],
-    )

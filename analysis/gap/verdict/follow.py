@@ -6,15 +6,13 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import counted, refine, refined
 from analysis.gap.measure.case import Candidate, Case, freedom_of
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.filtered import filtered
-from analysis.gap.ready.hints import Hints, Told, brightest, dwell_s, mains_hz, period_px
+from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz, period_px
 from analysis.gap.ready.hot import hot
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting, halves
@@ -22,6 +20,7 @@ from analysis.gap.ready.unbend import unbent
 from analysis.gap.suspects.anew import ANEW_STEPS
 from analysis.gap.suspects.attribute import at_first_sight, attribute
 from analysis.gap.suspects.first_look import closer, shows
+from analysis.gap.suspects.lobe import lobe_of
 from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, untouched
 from analysis.gap.verdict.conclude import TELLS_LITTLE, Trail
 from analysis.gap.verdict.verdict import (
@@ -41,10 +40,6 @@ from sensor.effects.jpeg import Jpeg
 from sensor.effects.spatial_denoise import SpatialDenoise
 
 Watch = Callable[[str], None]
-
-
-LEAST_PATCH_PX = 4.0
-"""A patch that is smaller than this shows in less than one block."""
 
 
 def hints_of_frames(setting: Setting) -> Hints:
@@ -71,16 +66,13 @@ def told_by(setting: Setting) -> dict[str, Told]:
     return told
 
 
-def hints_of(setting: Setting, case: Case) -> Hints:
+def hints_of(case: Case) -> Hints:
     """Where the search for a place should begin: by what a model leaves of the picture."""
-    space = case.fitting.turned.space
-    count, size = len(space.keys), int(np.prod(space.shape))
-    image = case.fit_left[count : count + size].reshape(space.shape)
-    patch = brightest(image, setting.seen.grid)
+    lobe, body = lobe_of(case), case.known.scenery.body
     return {
-        "across": patch.across,
-        "below": patch.below,
-        "sigma_px": max(LEAST_PATCH_PX, patch.sigma * setting.scenery.body.height),
+        "across": lobe.x_px / body.width,
+        "below": lobe.y_px / body.height,
+        "sigma_px": lobe.sigma_px,
     }
 
 
@@ -122,7 +114,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     while True:
         model, now = models[-1], distances[-1]
         left = [k for k in kinds if k not in {type(e) for e in model.effects}]
-        hints = hints_of(setting, now.case)
+        hints = hints_of(now.case)
         # what an effect does hardly depends on what else the camera has, but hints do
         again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
