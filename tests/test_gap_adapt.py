@@ -81,6 +81,27 @@ def test_a_weak_effect_has_the_strength_that_shows_as_much(
     assert own.score < 0.5 * adapted.clearest.score
 
 
+def test_what_grows_by_no_power_of_its_strength_stays_where_it_is_clearest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where photosites are full, half of the charge shows another picture, not twice the first: two
+    and a half times of the clearest signature is no reason to go there."""
+    other = np.random.default_rng(5).standard_normal(FIGURES)
+    other *= 3e4 / np.linalg.norm(other)
+
+    def signature(effect: Effect, known: Any) -> Signature:
+        assert isinstance(effect, RowNoise)
+        near = effect.sigma_e / DEFAULT_E < 1.2
+        return shown(100.0 * SHAPE if near else other, effect, KEYS, sets=2)
+
+    monkeypatch.setattr(adapt, "signature", signature)
+    case = capture(250.0 * SHAPE)
+    found = hold(signature(RowNoise(), None), case.fitting.turned, case.fit_left)
+    adapted = adapt.adapted(case, found)
+    assert adapted.effect == found.effect
+    assert adapted.nearest is adapted.clearest
+
+
 def test_signatures_come_of_twins_that_are_not_in_the_mean() -> None:
     """What a change does to a figure goes with the noise of that figure, and the mean of the twins
     has a part of that noise if they are among them."""

@@ -328,15 +328,23 @@ def test_spots_of_twins_do_not_tell_where_those_of_another_body_are() -> None:
     assert width[spotted].mean(axis=0) == pytest.approx(width[~spotted].mean(axis=0), rel=1e-9)
 
 
+def twins_that_stay(noise_dn2: float) -> Observation:
+    """Figures that are 0 in all of 16 twins of 2 shots; the last is how many frames repeat."""
+    names = ("a code", "another", "repeated frames")
+    return Observation(
+        keys=tuple(Key(shot="a", lattice="Y", family="time", statistic=name) for name in names),
+        figures=np.zeros((16, 3)), shots=("a", "b"), lit=frozenset(), channels=("Y",),
+        means=np.zeros((16, 2, 1, 1)), noise=np.full((2, 1), noise_dn2), grid=(1, 1), samples=1,
+        frames=4,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(("moved", "chance"), [(1, 3 / 19), (2, 3 / 171), (3, 1 / 969)])
 def test_a_figure_that_no_twin_moved_is_as_rare_as_groups_say(moved: int, chance: float) -> None:
     """Of 16 twins and 3 groups of a capture those that move are by chance all in the capture as
     often as 3 of 19 are drawn: 3/19, 3/19 2/18, 3/19 2/18 1/17. How far they move counts nothing; a
     figure that moves in twins has an error of its own, one that stays needs none."""
-    one = Observation(
-        keys=(), figures=np.zeros((16, 3)), shots=(), lit=frozenset(), channels=(),
-        means=np.zeros((16, 0, 0, 0)), noise=np.ones((0, 0)), grid=(1, 1), samples=1, frames=4,
-    )  # fmt: skip
+    one = twins_that_stay(noise_dn2=1.0)
     one.figures[3, 1] = 0.1
     figures = np.zeros((3, 3))
     figures[:moved, :2] = 0.7
@@ -344,4 +352,15 @@ def test_a_figure_that_no_twin_moved_is_as_rare_as_groups_say(moved: int, chance
     errors = never_moved(one, seen)
     z = figures.mean(axis=0)[0] / errors[0]
     assert 2 * stats.norm.sf(z) == pytest.approx(chance)
-    assert list(errors[1:]) == [0.0, 0.0]
+    assert errors[1] == 0.0
+
+
+def test_frames_with_noise_never_repeat_by_chance() -> None:
+    """3 groups of 4 frames in 2 shots: one of 24 frames is 1/24. Darks without noise are as rare as
+    groups say."""
+    figures = np.zeros((3, 3))
+    figures[:, 2] = 5 / 24
+    for noise_dn2, z in ((0.3, 5.0), (0.0, stats.norm.isf(0.5 / 969))):
+        one = twins_that_stay(noise_dn2)
+        errors = never_moved(one, dataclasses.replace(one, figures=figures))
+        assert 5 / 24 / errors[2] == pytest.approx(z)

@@ -134,7 +134,7 @@ def test_what_whole_codes_tell_is_found_behind_strong_processing(
     process: Callable[[np.ndarray], np.ndarray], name: str, figures: dict[str, float]
 ) -> None:
     """The camera is calibrated with the curve or the codec in it, whatever it looked like without:
-    its gain comes out as it went in, to a tenth or to 4.5 of the standard errors that the report
+    its gain comes out as it went in, to 15 % or to 4.5 of the standard errors that the report
     states. The noise of red and blue is all but lost in colours at half resolution, so theirs is
     held to less."""
     kinds = [catalogue()[one] for one in (name, "veiling_glare", "sharpening")]
@@ -149,7 +149,7 @@ def test_what_whole_codes_tell_is_found_behind_strong_processing(
     red, green, blue = found.trail.models[-1].base.gain_dn_per_e
     error = found.report.calibration["gain"]["G"].se
     assert error is not None
-    assert green == pytest.approx(0.02, abs=max(0.002, 4.5 * error))
+    assert green == pytest.approx(0.02, abs=max(0.003, 4.5 * error))
     assert (red, blue) == pytest.approx((0.02, 0.02), rel=0.3)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import io
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from analysis.gap.look.comb import exponent, histograms, white_balance
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.measure.signature import scaled, starts
+from analysis.gap.ready.full_well import full_well_e, level_of_full
 from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
@@ -187,6 +190,48 @@ def test_the_mains_is_read_from_the_beat_of_the_means(mains: float) -> None:
 def test_noise_has_no_beat() -> None:
     assert mains_hz([flickering(None)]) is None
     assert mains_hz([]) is None
+
+
+GAIN, BLACK_DN, READ_E = 0.04, 5.0, 12.0
+
+
+def exposed(brightest_e: float, full_e: float = np.inf) -> np.ndarray:
+    """A ramp of light along the rows, (16, 96, 128), and what photosites hold of it, in 8 bits."""
+    rng = np.random.default_rng(9)
+    light = np.broadcast_to(np.linspace(0.02, 1.0, 128) * brightest_e, (16, 96, 128))
+    held = np.minimum(rng.poisson(light), full_e)
+    dn = np.round(GAIN * (held + rng.normal(0, READ_E, held.shape)) + BLACK_DN)
+    return np.clip(dn, 0, TOP_DN).astype(np.float32)
+
+
+def test_full_photosites_are_those_that_are_quiet() -> None:
+    """A full one has the noise of its read-out and of the rounding, no photons: here
+
+    (0.04 x 12)^2 + 1/12 = 0.31 DN^2,  of light half as bright 0.04^2 x 2250 + 0.31 = 3.9 DN^2."""
+    found = level_of_full(exposed(6000.0, full_e=4500.0))
+    assert found == pytest.approx(GAIN * 4500.0 + BLACK_DN, abs=0.5)
+
+
+def test_the_brightest_light_is_no_full_well() -> None:
+    assert level_of_full(exposed(4500.0)) is None
+
+
+def test_frames_that_the_converter_clips_say_how_much_is_held_at_least() -> None:
+    """In electrons of the camera as it is calibrated; of frames that end below nothing is said."""
+    site = Lattice(name="Y", channel="Y", dy=0, dx=0, step=1)
+    shot = Shot(label="lit", light=("lamp",), exposure_s=0.02, frames=16)
+    figures = np.array([GAIN]), np.array([BLACK_DN])
+    base: Any = SimpleNamespace(channels=("Y",), gain_dn_per_e=figures[0], black_dn=figures[1])
+
+    def found(brightest_e: float, full_e: float = np.inf) -> float | None:
+        dn = exposed(brightest_e, full_e).astype(np.uint8)
+        return full_well_e(
+            [Frames(shot=shot, dn=dn, bits=8, pixels="mono8", cfa=None)], [site], base
+        )
+
+    assert found(4500.0) is None
+    assert found(6000.0, 4500.0) == pytest.approx(4500.0, rel=0.02)
+    assert found(9000.0) == pytest.approx((TOP_DN - BLACK_DN) / GAIN)
 
 
 def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:

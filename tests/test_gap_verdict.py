@@ -285,10 +285,23 @@ def test_no_strength_is_known_better_than_its_effect(power: float) -> None:
     """An effect a s^r that is seen at z errors has a relative error 1 / z, its strength 1 / (r z):
     as much as the least error for a square, more for what grows in proportion."""
     strength, z = 0.3, 7.0
+    around_0 = next(p for p in catalogue()["gamma"].parameters() if p.name == "exponent")
+    value = around_0.identity + strength
     of_strength = strength / (power * z)
-    assert conclude.least_error(strength, z**2) <= of_strength * (1 + 1e-12)
-    assert conclude.least_error(-strength, z**2) == pytest.approx(strength / (2 * z))
-    assert conclude.least_error(strength, 0.0) == pytest.approx(strength / 2)
+    assert conclude.least_error(around_0, value, z**2) <= of_strength * (1 + 1e-12)
+    less = conclude.least_error(around_0, around_0.identity - strength, z**2)
+    assert less == pytest.approx(strength / (2 * z))
+    assert conclude.least_error(around_0, value, 0.0) == pytest.approx(strength / 2)
+
+
+def test_a_full_well_is_known_in_octaves() -> None:
+    """From no full well at all it is a million times what the camera holds: a strength is how many
+    octaves below that it lies, and a part of those is a factor of the value."""
+    full_well = next(p for p in catalogue()["blooming"].parameters() if p.name == "full_well_e")
+    value, z = 5000.0, 100.0
+    error = conclude.least_error(full_well, value, z**2)
+    octaves = np.log2(full_well.identity / value)
+    assert np.log2((value + error) / value) == pytest.approx(octaves / (2 * z), rel=0.05)
 
 
 def test_a_report_is_strict_json() -> None:

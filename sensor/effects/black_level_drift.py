@@ -43,6 +43,7 @@ class BlackLevelDrift(Effect):
 
     row_sigma_e: float = parameter(
         6.0,
+        starts=(6.0, 0.0),
         unit="e-",
         minimum=0.0,
         maximum=1000.0,
@@ -58,6 +59,7 @@ class BlackLevelDrift(Effect):
     )
     frame_sigma_e: float = parameter(
         8.0,
+        starts=(8.0, 0.0),
         unit="e-",
         minimum=0.0,
         maximum=1000.0,

@@ -48,6 +48,7 @@ class Blooming(Effect):
         unit="1",
         minimum=0.0,
         maximum=1.0,
+        starts=(0.8, 0.0),
         doc="share of the charge above full well that the anti-blooming drain takes",
     )
 

@@ -42,6 +42,7 @@ class ChargeTransferInefficiency(Effect):
         minimum=0.0,
         maximum=1e-3,
         identity=0.0,
+        starts=(3e-5, 0.0),
         doc="share of 10 ke- left behind at a transfer in the horizontal register",
     )
     vertical_per_transfer: float = parameter(
@@ -50,6 +51,7 @@ class ChargeTransferInefficiency(Effect):
         minimum=0.0,
         maximum=1e-3,
         identity=0.0,
+        starts=(2e-5, 0.0),
         doc="share of 10 ke- left behind at a transfer in a vertical register",
     )
     beta: float = parameter(

@@ -24,7 +24,7 @@ from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.kinds import kinds
-from analysis.gap.look.observe import IMAGE, Key, Observation
+from analysis.gap.look.observe import IMAGE, REPEATED, Key, Observation
 
 Floats = NDArray[np.float64]
 
@@ -146,6 +146,11 @@ def figure_variances(twins: Observation, known: bool = True) -> Floats:
     return np.asarray(variances)
 
 
+CHANGING_DN2 = 1e-3
+"""Variance in time from which some pixels of every frame have another code in the next one: one in
+a thousand by a step."""
+
+
 def never_moved(twins: Observation, seen: Observation) -> Floats:
     """Standard errors of figures that are the same in all twins, (figures,); 0 for the others.
 
@@ -155,7 +160,8 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
 
         C(g, k) / C(n + g, k)
 
-    and the difference counts as many standard errors as a normal one of that chance.
+    and the difference counts as many standard errors as a normal one of that chance. Frames with
+    noise in time never repeat each other by chance: there the error is one frame.
 
     Args:
         twins: groups of the model.
@@ -167,7 +173,11 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
     chances = np.array([comb(g, k) / comb(n + g, k) for k in range(g + 1)])
     counts = stats.norm.isf(chances / 2)[moved]
     off = np.abs(seen.figures.mean(axis=0) - twins.figures[0])
-    return np.where(still & (moved > 0), off / np.maximum(counts, 1e-9), 0.0)
+    errors = np.where(still & (moved > 0), off / np.maximum(counts, 1e-9), 0.0)
+    if twins.noise.max(axis=1).min() > CHANGING_DN2:
+        repeated = np.array([key.statistic == REPEATED for key in twins.keys])
+        errors[repeated & still] = 1.0 / (g * seen.frames * len(seen.shots))
+    return np.asarray(errors)
 
 
 def space_of(

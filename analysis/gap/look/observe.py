@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.look.lattices import Lattice, inner
 from analysis.gap.look.statistics.codes import codes
+from analysis.gap.look.statistics.greens import greens
 from analysis.gap.look.statistics.group import Figures, Group
 from analysis.gap.look.statistics.interpolation import interpolation
 from analysis.gap.look.statistics.pattern import pattern, pattern_lines, pattern_shape
@@ -44,14 +45,17 @@ FAMILIES: dict[str, tuple[Callable[[Group], Figures], str]] = {
 """Every family of one lattice, and the stage where a gap in it most often begins."""
 
 INTERPOLATION = "interpolation"
+GREENS = "greens"
 IMAGE = "mean image"
 STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
     INTERPOLATION: "processing",
+    GREENS: "photosite",
     IMAGE: "optics",
 }
 
 OF_A_BODY = frozenset(
     {"level", "codes", "pattern", "pattern lines", "pattern shape", "dark surface", "texture"}
+    | {GREENS}
 )
 """Families of what stays from frame to frame: more frames do not average a camera body away."""
 
@@ -317,7 +321,8 @@ def _on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[
                 (family, lattice.name, statistic): value
                 for lattice, values in zip(lattices, figures[k], strict=True)
                 for (family, statistic), value in zip(names, values, strict=True)
-            },
+            }
+            | _whole(GREENS, greens(images[k], lattices) if lit else {}),
             means=np.array([images[k, own].mean(axis=0) for own in places]),
             noise=np.array([variance[k, own].mean() for own in places]),
             grid=grid,
@@ -327,8 +332,12 @@ def _on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[
 
 
 def _between(dn: NDArray[Any], view: View) -> dict[tuple[str, str, str], float]:
-    found = interpolation(inner(dn), view.lattices)
-    return {(INTERPOLATION, "all", name): float(value) for name, value in found.items()}
+    return _whole(INTERPOLATION, interpolation(inner(dn), view.lattices))
+
+
+def _whole(family: str, found: Figures) -> dict[tuple[str, str, str], float]:
+    """Figures that belong to no lattice by itself."""
+    return {(family, "all", name): float(value) for name, value in found.items()}
 
 
 def blocks(image: NDArray[Any], side: int) -> Floats:

@@ -186,9 +186,11 @@ def starts(kind: type[Effect]) -> list[Effect]:
         elif p.whole:
             low = p.minimum + 1 if p.identity == p.minimum else p.minimum
             ranges[p.name] = [float(v) for v in np.arange(low, p.maximum + 1)[:MOST_CHOICES]]
-    made = []
-    for values in itertools.product(*ranges.values()):
-        made.append(kind(**dict(zip(ranges, values, strict=True))))
+    tried = (dict(zip(ranges, one, strict=True)) for one in itertools.product(*ranges.values()))
+    nothing = {p.name: p.identity for p in strengths(kind)}
+    made = [
+        kind(**values) for values in tried if not nothing or not nothing.items() <= values.items()
+    ]
     for p in strengths(kind):
         identity = p.identity
         if p.per_colour and identity is not None and p.default != identity:

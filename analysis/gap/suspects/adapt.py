@@ -24,6 +24,13 @@ shows as its variance, what bends and blurs as itself."""
 RESPONSES = (0.5, 4.0)
 """Powers that are believed."""
 
+ABOUT = 4.0
+"""Amounts up to which, either way, a strength is about right."""
+
+ASTRAY = 0.2
+"""Part of the clearest score that another strength must have where the clearest is about right:
+what grows by no power of its strength, as where photosites are full, is not followed further."""
+
 NEXT_TO_NOTHING = 1e-3
 """Part of what the capture has that no strength shows less of."""
 
@@ -67,7 +74,14 @@ def adapted(case: Case, found: Evidence) -> Adapted:
         clearest = max(tried.values(), key=lambda one: one.score)
         aim = _aim(case, tried, clearest)
     near = min(tried, key=lambda factor: abs(np.log(factor / aim)) if factor * aim > 0 else np.inf)
+    if about_right(clearest) and tried[near].score < ASTRAY * clearest.score:
+        return Adapted(effect=clearest.effect, nearest=clearest, clearest=clearest)
     return Adapted(effect=scaled(found.effect, aim), nearest=tried[near], clearest=clearest)
+
+
+def about_right(found: Evidence) -> bool:
+    """Whether an effect is about as strong as the capture has it."""
+    return 1 / ABOUT <= found.amount <= ABOUT
 
 
 def _aim(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float:

@@ -37,7 +37,7 @@ best score on (`attribute.NEAR`), which leaves room for the noise of one set."""
 def shows(
     case: Case,
     kinds: Iterable[type[Effect]],
-    hints: Hints,
+    hints: Mapping[str, Hints],
     told: Mapping[str, Told],
     watch: Callable[[str], None] = lambda name: None,
 ) -> list[Signature]:
@@ -47,14 +47,15 @@ def shows(
     Args:
         case: the capture.
         kinds: the suspects.
-        hints: where the search for a parameter begins.
-        told: parameters that the frames tell, by name of the effect.
+        hints: where the search for a parameter begins, by name of the effect.
+        told: parameters that the frames tell, the same.
         watch: told whose turn it is.
     """
     found = []
     for kind in kinds:
         watch(kind.name)
-        hinted = in_range(kind, {**hints, **(told[kind.name].hints if kind.name in told else {})})
+        exact = told[kind.name].hints if kind.name in told else {}
+        hinted = in_range(kind, {**hints.get(kind.name, {}), **exact})
         for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
             shown = signature(effect, case.known, seeds=SEEDS[:1])
             if shown is not None:

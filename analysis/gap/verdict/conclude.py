@@ -201,7 +201,7 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
             return Figure(value=value, se=None, unit=p.unit)
         moved = last_step(p, value, float(after.amounts[place]))
         if p.identity is not None:
-            error = max(error, least_error(moved - p.identity, best.score))
+            error = max(error, least_error(p, moved, best.score))
         return Figure(value=moved, se=error, unit=p.unit)
 
     return Named(
@@ -224,12 +224,18 @@ def last_step(p: Parameter, value: float, by: float) -> float:
     return value if gone else moved
 
 
-def least_error(strength: float, score: float) -> float:
+def least_error(p: Parameter, value: float, score: float) -> float:
     """Standard error below which no strength is known whose effect is seen with such a score.
 
     An effect that grows as the power r of its strength and is seen at z standard errors is known to
-    1 / (r z) of its strength, and none here grows faster than a square.
+    1 / (r z) of its strength, and none here grows faster than a square. A strength that counts in
+    octaves is the logarithm of a value.
     """
+    assert p.identity is not None, "a strength has a value at which the effect vanishes"
+    if p.in_octaves and value > 0:
+        strength = value * float(np.log(value / p.identity))
+    else:
+        strength = value - p.identity
     return abs(strength) / (2.0 * float(np.sqrt(max(score, 1.0))))
 
 

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import counted, refine, refined
+from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Candidate, Case, freedom_of
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.filtered import filtered
+from analysis.gap.ready.full_well import full_well_e
 from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz, period_px
 from analysis.gap.ready.hot import hot
 from analysis.gap.ready.room import lit_room
@@ -34,21 +36,34 @@ from analysis.gap.verdict.verdict import (
 )
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.blooming import Blooming
 from sensor.effects.gamma import Gamma
 from sensor.effects.hot_pixels import HotPixels
+from sensor.effects.interference import Interference
 from sensor.effects.jpeg import Jpeg
+from sensor.effects.lamp_flicker import LampFlicker
+from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
 from sensor.effects.spatial_denoise import SpatialDenoise
+from sensor.effects.specular_glare import SpecularGlare
 
 Watch = Callable[[str], None]
 
 
-def hints_of_frames(setting: Setting) -> Hints:
-    """Where searches for a period should begin, whatever the model."""
+def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
+    """Where searches should begin whatever the model, by effect."""
     stacks = setting.key_frames
     lattices = setting.scenery.view.lattices
-    found = {"period_px": period_px(stacks, lattices), "mains_hz": mains_hz(stacks)}
-    found["dwell_up_s"] = found["dwell_down_s"] = dwell_s(stacks, lattices)
-    return {name: value for name, value in found.items() if value is not None}
+    dwell = dwell_s(stacks, lattices)
+    found: dict[str, dict[str, float | None]] = {
+        Interference.name: {"period_px": period_px(stacks, lattices)},
+        LampFlicker.name: {"mains_hz": mains_hz(stacks)},
+        RandomTelegraphNoise.name: {"dwell_up_s": dwell, "dwell_down_s": dwell},
+        Blooming.name: {"full_well_e": full_well_e(stacks, lattices, base)},
+    }
+    return {
+        effect: {name: value for name, value in hints.items() if value is not None}
+        for effect, hints in found.items()
+    }
 
 
 def told_by(setting: Setting) -> dict[str, Told]:
@@ -66,14 +81,11 @@ def told_by(setting: Setting) -> dict[str, Told]:
     return told
 
 
-def hints_of(case: Case) -> Hints:
+def hints_of(case: Case) -> dict[str, Hints]:
     """Where the search for a place should begin: by what a model leaves of the picture."""
     lobe, body = lobe_of(case), case.known.scenery.body
-    return {
-        "across": lobe.x_px / body.width,
-        "below": lobe.y_px / body.height,
-        "sigma_px": lobe.sigma_px,
-    }
+    place = {"across": lobe.x_px / body.width, "below": lobe.y_px / body.height}
+    return {SpecularGlare.name: {**place, "sigma_px": lobe.sigma_px}}
 
 
 MOST_EFFECTS = 3
@@ -106,7 +118,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     first: list[Candidate] = []
     chances: list[float] = []
     shown: list[Signature] = []
-    told, of_frames = told_by(setting), hints_of_frames(setting)
+    told, of_frames = told_by(setting), hints_of_frames(setting, known.base)
 
     def tell(name: str) -> None:
         watch(f"suspect {name}")
@@ -116,7 +128,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         left = [k for k in kinds if k not in {type(e) for e in model.effects}]
         hints = hints_of(now.case)
         # what an effect does hardly depends on what else the camera has, but hints do
-        again = [k for k in left if not shown or any(p.name in hints for p in k.parameters())]
+        again = [k for k in left if not shown or k.name in hints]
         shown = [s for s in shown if type(s.effect) in set(left) - set(again)]
         shown += shows(now.case, again, {**of_frames, **hints}, told, tell)
         shown = closer(now.case, shown, tell)
