@@ -65,6 +65,7 @@ def test_a_patch_is_found_where_it_lies(across: float, below: float, sigma: floa
     body, view = case.known.scenery.body, case.known.scenery.view
     block_px = view.side * view.lattices[0].step
     found = lobe_of(case)
+    assert found is not None
     assert abs(found.x_px - across * body.width) <= block_px / FINER
     assert abs(found.y_px - below * body.height) <= block_px / FINER
     factor = (body.height / block_px) ** (1 / (SIZES - 1))
@@ -91,6 +92,7 @@ def test_noise_leads_less_astray_than_from_the_brightest_block() -> None:
             noise = np.random.default_rng(seed).standard_normal(size)
             left = alone + case.fitting.turned.left(noise)
             found = lobe_of(dataclasses.replace(case, fit_left=left))
+            assert found is not None
             far.append(np.hypot(found.x_px - middle[0], found.y_px - middle[1]) / scale)
             image = left[len(space.keys) : size].reshape(space.shape).mean(axis=(0, 1))
             y, x = divmod(int(image.argmax()), case.fit_seen.grid[1])
@@ -100,3 +102,12 @@ def test_noise_leads_less_astray_than_from_the_brightest_block() -> None:
             by_the_brightest.append(np.hypot(*off) / scale)
     assert max(far) < 0.6
     assert np.mean(far) < np.mean(by_the_brightest) / 2
+
+
+def test_the_best_place_of_noise_is_no_place() -> None:
+    """The best of 7,000 places and sizes that overlap is as good as the best of a few hundred."""
+    turned = plain().fitting.turned
+    size = len(turned.space.keys) + int(np.prod(turned.space.shape))
+    for seed in range(40):
+        noise = np.random.default_rng(100 + seed).standard_normal(size)
+        assert lobe_of(dataclasses.replace(plain(), fit_left=turned.left(noise))) is None

@@ -84,6 +84,8 @@ def told_by(setting: Setting) -> dict[str, Told]:
 def hints_of(case: Case) -> dict[str, Hints]:
     """Where the search for a place should begin: by what a model leaves of the picture."""
     lobe, body = lobe_of(case), case.known.scenery.body
+    if lobe is None:
+        return {}
     place = {"across": lobe.x_px / body.width, "below": lobe.y_px / body.height}
     return {SpecularGlare.name: {**place, "sigma_px": lobe.sigma_px}}
 
