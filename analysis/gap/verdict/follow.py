@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import counted, refine, refined
-from analysis.gap.camera.base import Base
-from analysis.gap.measure.case import Candidate, Case, freedom_of
+from analysis.gap.measure.case import Candidate, freedom_of
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
-from analysis.gap.ready.filtered import filtered
-from analysis.gap.ready.full_well import full_well_e
-from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz, period_px
-from analysis.gap.ready.hot import hot
-from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting, halves
-from analysis.gap.ready.unbend import unbent
 from analysis.gap.suspects.anew import ANEW_STEPS
 from analysis.gap.suspects.attribute import at_first_sight, attribute
 from analysis.gap.suspects.first_look import closer, shows
-from analysis.gap.suspects.lobe import lobe_of
+from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
 from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, untouched
 from analysis.gap.verdict.conclude import TELLS_LITTLE, Trail
 from analysis.gap.verdict.verdict import (
@@ -35,59 +27,8 @@ from analysis.gap.verdict.verdict import (
     p_of_best,
 )
 from sensor.effect import Effect
-from sensor.effects.ambient_light import AmbientLight
-from sensor.effects.blooming import Blooming
-from sensor.effects.gamma import Gamma
-from sensor.effects.hot_pixels import HotPixels
-from sensor.effects.interference import Interference
-from sensor.effects.jpeg import Jpeg
-from sensor.effects.lamp_flicker import LampFlicker
-from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
-from sensor.effects.spatial_denoise import SpatialDenoise
-from sensor.effects.specular_glare import SpecularGlare
 
 Watch = Callable[[str], None]
-
-
-def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
-    """Where searches should begin whatever the model, by effect."""
-    stacks = setting.key_frames
-    lattices = setting.scenery.view.lattices
-    dwell = dwell_s(stacks, lattices)
-    found: dict[str, dict[str, float | None]] = {
-        Interference.name: {"period_px": period_px(stacks, lattices)},
-        LampFlicker.name: {"mains_hz": mains_hz(stacks)},
-        RandomTelegraphNoise.name: {"dwell_up_s": dwell, "dwell_down_s": dwell},
-        Blooming.name: {"full_well_e": full_well_e(stacks, lattices, base)},
-    }
-    return {
-        effect: {name: value for name, value in hints.items() if value is not None}
-        for effect, hints in found.items()
-    }
-
-
-def told_by(setting: Setting) -> dict[str, Told]:
-    """Suspects of which the frames tell parameters, and where the camera begins with each."""
-    told = dict(setting.told)
-    if curve := told.get(Gamma.name):
-        told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
-    if room := lit_room(setting):
-        told[AmbientLight.name] = room
-    if spots := hot(setting):
-        told[HotPixels.name] = spots
-    # a codec's losses make neighbours agree as well
-    if Jpeg.name not in told and (smooth := filtered(setting)):
-        told[SpatialDenoise.name] = smooth
-    return told
-
-
-def hints_of(case: Case) -> dict[str, Hints]:
-    """Where the search for a place should begin: by what a model leaves of the picture."""
-    lobe, body = lobe_of(case), case.known.scenery.body
-    if lobe is None:
-        return {}
-    place = {"across": lobe.x_px / body.width, "below": lobe.y_px / body.height}
-    return {SpecularGlare.name: {**place, "sigma_px": lobe.sigma_px}}
 
 
 MOST_EFFECTS = 3
