@@ -18,7 +18,7 @@ from sensor.frames import Frames
 
 MOST_FRAMES = 32
 
-TOP = 0.005
+TOP = 0.01
 """Part of the samples that are looked at as the brightest."""
 
 MIDDLE = (0.4, 0.8)
