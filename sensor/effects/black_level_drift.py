@@ -43,11 +43,11 @@ class BlackLevelDrift(Effect):
 
     row_sigma_e: float = parameter(
         6.0,
-        starts=(6.0, 0.0),
         unit="e-",
         minimum=0.0,
         maximum=1000.0,
         identity=0.0,
+        starts=(6.0, 0.0),
         doc="standard deviation of the wander down the rows",
     )
     row_length: float = parameter(
@@ -59,11 +59,11 @@ class BlackLevelDrift(Effect):
     )
     frame_sigma_e: float = parameter(
         8.0,
-        starts=(8.0, 0.0),
         unit="e-",
         minimum=0.0,
         maximum=1000.0,
         identity=0.0,
+        starts=(8.0, 0.0),
         doc="standard deviation of the wander along the shot",
     )
     frame_length: float = parameter(
