@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import Light, Rate
 from analysis.gap.look.observe import View, blocks
 
@@ -23,6 +24,12 @@ def blocks_of(rate: Rate, view: View, channels: tuple[str, ...]) -> Floats:
             images.append(blocks(lattice.of(plane)[0], view.side).ravel())
         rows.append(np.mean(images, axis=0))
     return np.array(rows)
+
+
+def lamp_dn(base: Base, light: Light, view: View, lamp: str) -> Floats:
+    """What a lamp at level 1 shows in a second, in DN above black: (channels, blocks)."""
+    dn_per_rate = base.level[lamp] * base.gain_dn_per_e
+    return dn_per_rate[:, None] * blocks_of(light.rates[lamp], view, base.channels)
 
 
 def light_noise(light: Light, view: View, channels: tuple[str, ...]) -> dict[str, Floats]:

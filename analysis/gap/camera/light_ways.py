@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
-from analysis.gap.camera.light_blocks import blocks_of
+from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
 from analysis.gap.camera.twin import Scenery, exposure_of
 from analysis.gap.look.observe import Observation
 
@@ -31,11 +31,7 @@ def light_ways(
     shape = reference.means.shape[1:]
     lit = [k for k, shot in enumerate(scenery.shots) if not shot.dark]
     lamps = sorted({lamp_of(scenery.shots[k]) for k in lit})
-    unit = {
-        lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None]
-        * blocks_of(scenery.light.rates[lamp], scenery.view, base.channels)
-        for lamp in lamps
-    }
+    unit = {lamp: lamp_dn(base, scenery.light, scenery.view, lamp) for lamp in lamps}
     for k in lit:
         change = np.zeros(shape)
         shot = scenery.shots[k]

@@ -54,8 +54,16 @@ STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
 }
 
 OF_A_BODY = frozenset(
-    {"level", "codes", "pattern", "pattern lines", "pattern shape", "dark surface", "texture"}
-    | {GREENS}
+    {
+        "level",
+        "codes",
+        "pattern",
+        "pattern lines",
+        "pattern shape",
+        "dark surface",
+        "texture",
+        GREENS,
+    }
 )
 """Families of what stays from frame to frame: more frames do not average a camera body away."""
 

@@ -74,12 +74,12 @@ def adapted(case: Case, found: Evidence) -> Adapted:
         clearest = max(tried.values(), key=lambda one: one.score)
         aim = _aim(case, tried, clearest)
     near = min(tried, key=lambda factor: abs(np.log(factor / aim)) if factor * aim > 0 else np.inf)
-    if about_right(clearest) and tried[near].score < ASTRAY * clearest.score:
+    if _about_right(clearest) and tried[near].score < ASTRAY * clearest.score:
         return Adapted(effect=clearest.effect, nearest=clearest, clearest=clearest)
     return Adapted(effect=scaled(found.effect, aim), nearest=tried[near], clearest=clearest)
 
 
-def about_right(found: Evidence) -> bool:
+def _about_right(found: Evidence) -> bool:
     """Whether an effect is about as strong as the capture has it."""
     return 1 / ABOUT <= found.amount <= ABOUT
 

@@ -62,9 +62,9 @@ def attribute(
     at_strength = []
     evident = [e for e in first if e.name in told]
     possible = [e for e in first if e not in evident and not too_much(e)]
-    least = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in possible), default=0.0))
+    worth_it = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in possible), default=0.0))
     for found in possible[:ADAPTED]:
-        if found.score > least:
+        if found.score > worth_it:
             watch(found.name)
             at_strength.append(adapted(case, found))
     at_strength.sort(key=lambda one: -one.clearest.score)

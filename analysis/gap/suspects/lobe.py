@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.light import lamp_of
-from analysis.gap.camera.light_blocks import blocks_of
+from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
 from analysis.gap.camera.twin import Scenery, exposure_of
 from analysis.gap.measure.case import Case
 
@@ -30,6 +30,14 @@ SIZES = 10
 
 FINER = 2
 """Places that are tried to a block, along each side."""
+
+
+LEAST_LEFT = 1e-3
+"""Part of a patch that is left at least: below that there are only errors of arithmetic."""
+
+LEAST_GAIN = 16.0
+"""What a patch must take off chi-squared. The best of n places and sizes takes off some 2 ln n by
+chance, which is 11 of some 300 that have little in common; of 16 nulls none had more than that."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,11 +52,6 @@ class Lobe:
     x_px: float
     y_px: float
     sigma_px: float
-
-
-LEAST_GAIN = 16.0
-"""What a patch must take off chi-squared. The best of n places and sizes takes off some 2 ln n by
-chance, which is 11 of some 300 that have little in common; of 16 nulls none had more than that."""
 
 
 def lobe_of(case: Case) -> Lobe | None:
@@ -72,10 +75,6 @@ def lobe_of(case: Case) -> Lobe | None:
     gain = np.square(np.maximum(along, 0.0)) / np.maximum(norm, 1e-300)
     best = int(np.argmax(gain))
     return lobes[best] if gain[best] > LEAST_GAIN else None
-
-
-LEAST_LEFT = 1e-3
-"""Part of a patch that is left at least: below that there are only errors of arithmetic."""
 
 
 def _lobes(scenery: Scenery) -> list[Lobe]:
@@ -112,13 +111,10 @@ def _on_blocks(lobes: Sequence[Lobe], scenery: Scenery, channels: tuple[str, ...
 
 def _amplitudes(case: Case) -> Floats:
     """Light of a patch that is as bright as the scene in the mean, in DN, (shots, channels)."""
-    known = case.known
-    base, scenery = known.base, known.scenery
+    base, scenery = case.known.base, case.known.scenery
     found = np.zeros((len(scenery.shots), len(base.channels)))
     for k, shot in enumerate(scenery.shots):
-        if shot.dark:
-            continue
-        lamp = lamp_of(shot)
-        mean = blocks_of(scenery.light.rates[lamp], scenery.view, base.channels).mean(axis=1)
-        found[k] = exposure_of(shot) * base.level[lamp] * base.gain_dn_per_e * mean
+        if not shot.dark:
+            one = lamp_dn(base, scenery.light, scenery.view, lamp_of(shot))
+            found[k] = exposure_of(shot) * one.mean(axis=1)
     return found

@@ -18,6 +18,9 @@ import numpy as np
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.statistics.group import Figures, Floats, safe_ratio
 
+LEAST = 1.0
+"""Sum of squares of the colour over all blocks in DN^2 below which there is none to speak of."""
+
 
 def greens(images: Floats, lattices: Sequence[Lattice]) -> Figures:
     """Offset over the mean of green, and slope; nothing where there are not two greens.
@@ -36,7 +39,3 @@ def greens(images: Floats, lattices: Sequence[Lattice]) -> Figures:
         "greens apart": safe_ratio(apart.mean(), (by_name["G1"] + by_name["G2"]).mean() / 2),
         "greens apart by colour": safe_ratio(apart @ colour, colour @ colour + np.float64(LEAST)),
     }
-
-
-LEAST = 1.0
-"""Sum of squares of the colour over all blocks in DN^2 below which there is none to speak of."""
