@@ -52,11 +52,12 @@ class Bench:
 
     @property
     def question(self) -> str:
-        """What decides the results besides the seed: the camera, and the methods' own source."""
+        """What decides the results besides the seed: the camera, and the source of the estimators,
+        all of it: they share modules.
+        """
         sources = [
             path.read_text(encoding="utf-8")
-            for name in self.methods
-            for path in sorted(Path(estimators.__path__[0]).glob(f"{name}*.py"))
+            for path in sorted(Path(estimators.__path__[0]).rglob("*.py"))
         ]
         known = repr((self.camera, self.protocol, self.methods, sources))
         return f"{self.camera.name} by {', '.join(self.methods)}: " + _digest(known)
