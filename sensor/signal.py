@@ -12,7 +12,7 @@ and broadcasts, so that nothing is computed per frame before it differs per fram
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -85,6 +85,8 @@ class Signal:
         format: what the camera is.
         shot: how the frames are taken.
         frames: indices of the frames in the shot; negative ones run in before the first.
+        rates: light of each lamp at level 1, (H, W, 3) in e-/s: what the scene looks like, also in
+            shots in which no lamp is on.
         clamp_e: mean dark charge in e- that the optical-black clamp takes off before conversion.
         backend: where the arithmetic runs.
         least: a bound that no number lies below, where somebody has looked.
@@ -96,6 +98,7 @@ class Signal:
     shot: Shot
     frames: range
     backend: Backend
+    rates: Mapping[str, NDArray[np.float32]] = dataclasses.field(default_factory=dict)
     clamp_e: float = 0.0
     least: float | None = None
 

@@ -98,6 +98,7 @@ def lit(
         shot=shot,
         frames=range(shot.frames),
         backend=where,
+        rates=rates,
     )
 
 

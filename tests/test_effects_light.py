@@ -19,10 +19,14 @@ from sensor.effects.lamp_flicker import LampFlicker
 from sensor.effects.lamp_spectrum_error import LampSpectrumError
 from sensor.effects.prnu import Prnu
 from sensor.effects.specular_glare import SpecularGlare
+from sensor.protocol import Shot
+from sensor.signal import Quantity
+from sensor.simulation import simulate
 from tests.effects_bench import (
     EXPOSURE_S,
     READ_E,
     Array,
+    bench_camera,
     flat,
     frames_of,
     mean_and_error,
@@ -84,6 +88,23 @@ def test_flicker_is_the_shutters_mean_of_the_ripple_and_gone_after_whole_half_cy
         assert not obeys(law(exposure_s, RandomGain(sigma=0.02))), exposure_s
 
 
+def test_a_filament_flickers_by_its_own_share_of_the_depth() -> None:
+    """The gain less 1 is that of any other lamp, times `filament`; other lamps keep theirs."""
+    quiet, loud = (LampFlicker(depth=0.4, filament=part) for part in (0.25, 1.0))
+
+    def gains(effect: LampFlicker, lamp: str) -> np.ndarray:
+        shot = Shot(label="lit", light=(lamp,), level=(1.0,), exposure_s=0.0042, frames=12)
+        made = simulate(
+            bench_camera(effect, height=8, width=8), shot, {lamp: flat(8000)[:8, :8]},
+            until=Quantity.RATE,
+        )  # fmt: skip
+        return made.numpy()[:, 0, 0, 0] / flat(8000)[0, 0, 0] - 1
+
+    assert np.ptp(gains(loud, "incandescent")) > 0.1
+    assert np.allclose(gains(quiet, "incandescent"), gains(loud, "incandescent") / 4, atol=1e-6)
+    assert np.array_equal(gains(quiet, "fluorescent"), gains(loud, "fluorescent"))
+
+
 def test_warm_up_slows_down_by_one_factor_in_equal_times() -> None:
     drift = LampDrift(change=0.05, time_constant_s=10.0)
 
@@ -127,6 +148,24 @@ def test_ambient_light_ignores_the_lamps_level_and_stays_out_under_the_cap() -> 
             extra = 2000 * EXPOSURE_S * (share if level == 0 else 1.0)
             error = math.sqrt(frames.var() / frames.size)
             assert obeys((frames.mean(), 1000 * level + extra, error))
+
+
+def test_ambient_light_by_way_of_the_scene_is_its_picture_even_in_the_dark() -> None:
+    """In a dark shot each half of the picture has its own share of the light, 1.5 and 0.5 of the
+    mean; light that falls evenly has not."""
+    half = flat(500)
+    half[:, : WIDTH // 2] *= 3
+
+    def law(part: float) -> Law:
+        room = AmbientLight(rate_e_per_s=2000.0, by_the_scene=part)
+        frames = frames_of(room, rate=half, level=0.0)
+        left, right = frames[..., : WIDTH // 2], frames[..., WIDTH // 2 :]
+        added = 2000 * EXPOSURE_S
+        error = np.sqrt([left.var() / left.size, right.var() / right.size])
+        return [left.mean(), right.mean()], [1.5 * added, 0.5 * added], error
+
+    assert obeys(law(1.0))
+    assert not obeys(law(0.0))
 
 
 def test_displaced_lamp_lights_by_cosine_over_distance_squared() -> None:

@@ -188,7 +188,15 @@ def test_light_of_a_colour_in_the_darks_is_told_from_dark_current() -> None:
     assert list(rate) == pytest.approx(list(room), rel=0.2)
     assert found.base is not None
     assert found.base.dark_e_per_s == 0.0
+    assert found.hints["by_the_scene"] == 0.0
     assert told(DarkCurrent(mean_e_per_s=6000.0, spread=0.0)) is None
+
+    shown = told(AmbientLight(rate_e_per_s=room, by_the_scene=1.0))
+    assert shown is not None
+    rate = shown.hints["rate_e_per_s"]
+    assert isinstance(rate, Colours)
+    assert list(rate) == pytest.approx(list(room), rel=0.2)
+    assert shown.hints["by_the_scene"] == 1.0
 
 
 def another_program(

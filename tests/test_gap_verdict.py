@@ -17,7 +17,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict import conclude
-from analysis.gap.verdict.closing import accounts, left_as_they_were
+from analysis.gap.verdict.closing import accounts, left_as_they_were, spoilt
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
@@ -98,6 +98,19 @@ def test_a_family_that_is_left_as_it_was_is_told() -> None:
     assert left_as_they_were(chances, before, far(-0.1, 4.8, 1.0), expected) == ("rows",)
     assert left_as_they_were(chances, before, far(-0.1, 1.5, 1.0), expected) == ()
     assert left_as_they_were(chances, before, far(-0.1, 4.8, 1.0), few) == ()
+
+
+def test_a_family_that_a_model_spoils_is_told() -> None:
+    """What is wrong beyond doubt with an effect, and was right without it, is not of its doing."""
+
+    def far(codes: float, chance: float) -> Distance:
+        return Distance(
+            total=1.0, by_family={"codes": codes}, p_by_family={"codes": chance}, p_value=0.0
+        )
+
+    assert spoilt(far(0.7, 1e-3), far(7.7, 1e-90)) == ("codes",)
+    assert spoilt(far(57.0, 0.0), far(7.7, 1e-90)) == ()
+    assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
 
 
 def test_a_weak_suspect_is_not_named() -> None:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
@@ -14,15 +18,17 @@ from sensor.stream import Stream
 
 @dataclass(frozen=True, kw_only=True)
 class AmbientLight(Effect):
-    """Light from the room reaches the whole sensor evenly, whatever the lamps do.
+    """Light from the room reaches the sensor, whatever the lamps do.
 
-        rate' = rate + a    by colour, in every lit shot;    rate' = rate + share a    in a dark one
+        rate' = rate + a (1 - s + s p)    by colour in lit shots, share times that in dark ones
 
-    A dark shot with the lamps off in the lit room has it too (share 1); one with the cap on has
-    not (share 0). The offset grows with the exposure, not with the level of the lamps, and brings
-    shot noise whose variance in e-^2 is the added mean in e-: extra read noise of that variance
-    leaves the mean alone, a black level adds no variance. Even with the cap off it is told from
-    dark current only by its colour, and by capping the lens.
+    A part s comes by way of the scene and makes the picture p, the mean of what its lamps show,
+    each over its own mean; the rest is stray light that falls evenly. A dark shot with the lamps
+    off in the lit room has it too (share 1); one with the cap on has not (share 0). What is added
+    grows with the exposure, not with the level of the lamps, and brings shot noise whose variance
+    in e-^2 is the added mean in e-: extra read noise of that variance leaves the mean alone, a
+    black level adds no variance. Where it falls evenly and the cap is off, it is told from dark
+    current only by its colour, and by capping the lens.
     """
 
     name: ClassVar[str] = "ambient_light"
@@ -48,7 +54,30 @@ class AmbientLight(Effect):
         doc="part of it that is left in dark shots: 1 with the lamp off, 0 with the cap on",
     )
 
+    by_the_scene: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        starts=(0.0, 1.0),
+        doc="part of it that comes by way of the scene and shows its picture",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         share = self.share_in_dark if signal.shot.dark else 1.0
-        added = Colours.of(self.rate_e_per_s).map(lambda rate: rate * share)
-        return signal.replace(signal.value + per_colour(signal, added))
+        added = per_colour(signal, Colours.of(self.rate_e_per_s).map(lambda rate: rate * share))
+        part = self.by_the_scene if signal.rates else 0.0
+        if part > 0:
+            shown = np.float32(1 - part) + np.float32(part) * picture(list(signal.rates.values()))
+            added = added * signal.backend.tensor(shown[None])
+        return signal.replace(signal.value + added)
+
+
+def picture(rates: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """A scene in the light of all its lamps together, of mean 1 in each colour.
+
+    Args:
+        rates: what each lamp shows, (H, W, 3).
+    """
+    each = [rate / np.maximum(rate.mean(axis=(0, 1)), np.float32(1e-30)) for rate in rates]
+    return np.asarray(np.mean(each, axis=0, dtype=np.float32))

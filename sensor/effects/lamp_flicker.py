@@ -15,6 +15,9 @@ from sensor.image_plane import constant, per_frame
 from sensor.signal import Signal
 from sensor.stream import Stream
 
+FILAMENTS = frozenset({"incandescent", "tungsten", "halogen"})
+"""Names of lamps whose light comes from a hot wire."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LampFlicker(Effect):
@@ -28,7 +31,8 @@ class LampFlicker(Effect):
 
     The phase phi is that of the shot, and moves on by 2 f x interval from frame to frame. Where the
     exposure is a whole number of half cycles nothing is left, whatever the depth; otherwise the
-    gains repeat with the beat of mains and frame rate. A random gain does neither.
+    gains repeat with the beat of mains and frame rate. A random gain does neither. A shot in which
+    every lamp has a filament (by its name) has `filament` times the depth.
     """
 
     name: ClassVar[str] = "lamp_flicker"
@@ -55,13 +59,23 @@ class LampFlicker(Effect):
         doc="frequency of the mains; light has twice it",
     )
 
+    filament: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        starts=(1.0, 0.2),
+        doc="depth of a lamp with a filament relative to that of others: heat bridges the dark",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         half_cycles = 2.0 * self.mains_hz * signal.shot.exposure_s
         if signal.shot.dark or half_cycles == 0.0:
             return signal.replace(signal.value)
         # Whole half cycles hold their mean exactly; only the rest depends on the phase.
         rest = constant(signal, half_cycles % 1.0)
-        scale = constant(signal, self.depth / half_cycles)
+        hot = FILAMENTS.issuperset(signal.shot.light)
+        scale = constant(signal, self.depth * (self.filament if hot else 1.0) / half_cycles)
         starts = np.mod(2.0 * self.mains_hz * frame_starts_s(signal), 1.0)
         begin = per_frame(signal, starts) + stream.whole_shot.uniform(1, 1, 1, use="phase")
         end = begin + rest

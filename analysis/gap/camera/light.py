@@ -7,7 +7,7 @@ is what the frames themselves show, and only what differs between shots of one l
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +52,7 @@ class Light:
             it was read from the frames.
         noise: variance of these from the finite number of light paths, ours and those of a capture
             that was simulated; empty where the very light is stated.
+        ours: part of it that is ours; nobody knows whether there is the rest.
         panels: areas of one reflectance.
         known: whether it comes from outside of the frames.
         source: in words.
@@ -59,6 +60,7 @@ class Light:
 
     rates: Mapping[str, Rate]
     noise: Mapping[str, Rate]
+    ours: float
     panels: tuple[Panel, ...]
     known: bool
     source: str
@@ -112,12 +114,13 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
             images[name] = path_traced.render(scene, scene.named(name), samples=paths)
         source = f"scene '{capture.scene}'"
     if names and not set(names) - set(images):
-        light = _known(lit, images, dict.fromkeys(rendered, 1 + paths / PATHS), source)
+        light = _known(lit, images, rendered, 1 + paths / PATHS, source)
         _refuse_another_scene(capture, light, black_dn)
         return light
     return Light(
         rates=_from_frames(lit, black_dn),
         noise={},
+        ours=0.0,
         panels=(),
         known=False,
         source="the frames themselves",
@@ -125,9 +128,13 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
 
 
 def _known(
-    lit: list[Frames], images: Mapping[str, RateImage], noisy: Mapping[str, float], source: str
+    lit: list[Frames],
+    images: Mapping[str, RateImage],
+    rendered: Collection[str],
+    noisier: float,
+    source: str,
 ) -> Light:
-    """Light from rate images; `noisy`: by what the variance of those is multiplied that we made."""
+    """Light from rate images; those that we rendered may be so many times as uncertain as ours."""
     rates: dict[str, Rate] = {}
     noise: dict[str, Rate] = {}
     for f in lit:
@@ -139,14 +146,21 @@ def _known(
         lamp = lamp_of(f.shot)
         rates[lamp] = _sum([level * images[name].rate_e_per_s for level, name in parts])
         unsure = [
-            np.float32(noisy[name]) * level**2 * images[name].variance
+            np.float32(noisier) * level**2 * images[name].variance
             for level, name in parts
-            if name in noisy
+            if name in rendered
         ]
         if unsure:
             noise[lamp] = _sum(unsure)
     first = next(iter(images.values()))
-    return Light(rates=rates, noise=noise, panels=first.header.panels, known=True, source=source)
+    return Light(
+        rates=rates,
+        noise=noise,
+        ours=1 / noisier,
+        panels=first.header.panels,
+        known=True,
+        source=source,
+    )
 
 
 def _sum(images: list[Rate]) -> Rate:

@@ -15,6 +15,7 @@ from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.look.observe import Observation, Stack, View, observe
 from analysis.gap.look.repeats import fresh, repeats
+from analysis.gap.look.statistics.greens import APART, apart
 from foundation.backend import Backend, backend
 from sensor.camera import Camera
 from sensor.effect import Effect
@@ -79,22 +80,36 @@ def twin(
     ]
     camera = bare.plus(*effects).with_body(body)
     seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
-    return _under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
+    return under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
 
 
-def _under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: int) -> Observation:
-    """The twin as if its light had been traced with other paths than ours."""
+def under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: int) -> Observation:
+    """The twin as if its light had been traced with other paths than ours, or with endlessly many:
+    a camera in front of a real scene has no such noise.
+    """
     draw = np.random.default_rng(body)
-    errors = {
-        lamp: np.sqrt(variance) * draw.standard_normal(variance.shape)
-        for lamp, variance in light_noise(scenery.light, scenery.view, seen.channels).items()
-    }
-    means = seen.means.copy()
+    light = scenery.light
+    part = light.ours + (1.0 - light.ours) * draw.uniform()
+    errors, of_greens = {}, {}
+    for lamp, variance in light_noise(light, scenery.view, seen.channels).items():
+        sd = np.sqrt(part * variance)
+        errors[lamp] = sd * draw.standard_normal(variance.shape)
+        # the mean of two greens has half the error of their difference
+        of_greens[lamp] = 2.0 * sd[len(sd) // 2] * draw.standard_normal(variance.shape[1])
+    means, figures = seen.means.copy(), seen.figures.copy()
+    places = {(key.shot, key.statistic): place for place, key in enumerate(seen.keys)}
     for k, shot in enumerate(scenery.shots):
-        if not shot.dark and lamp_of(shot) in errors:
-            above = np.maximum(means[:, k] - base.black_dn[:, None], 0.0)
-            means[:, k] += above * errors[lamp_of(shot)]
-    return dataclasses.replace(seen, means=means)
+        lamp = lamp_of(shot)
+        if shot.dark or lamp not in errors:
+            continue
+        above = np.maximum(means[:, k] - base.black_dn[:, None], 0.0)
+        means[:, k] += above * errors[lamp]
+        if (shot.label, APART) not in places:
+            continue
+        for group, (red, green, blue) in enumerate(above):
+            for name, error in apart(green * of_greens[lamp], green, red - blue).items():
+                figures[group, places[shot.label, name]] += error
+    return dataclasses.replace(seen, means=means, figures=figures)
 
 
 KEPT_SHOTS = 16

@@ -7,6 +7,7 @@ that of a raw one; what the interpolated samples add is looked at by itself.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,6 +55,11 @@ class Lattice:
         plane = inner(dn[..., "RGB".index(self.channel)] if dn.ndim == 4 else dn)
         h, w = (n // self.step * self.step for n in plane.shape[1:])
         return plane[:, self.dy : h : self.step, self.dx : w : self.step]
+
+
+def channels_of(lattices: Sequence[Lattice]) -> tuple[str, ...]:
+    """The colours of lattices, red first whatever the mosaic begins with; "Y" of a grey camera."""
+    return tuple(sorted({lattice.channel for lattice in lattices}, key="RGBY".index))
 
 
 def lattices_of(capture: Capture) -> tuple[Lattice, ...]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.lattices import Lattice, inner
+from analysis.gap.look.lattices import Lattice, channels_of, inner
 from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.greens import greens
 from analysis.gap.look.statistics.group import Figures, Group
@@ -196,7 +196,7 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
     # they are so few that only all shots together tell how many
     keys.append(Key(shot=EVERY_SHOT, lattice="all", family="time", statistic=REPEATED))
     by_key.append([float(np.mean(repeated))] * len(seen[0][1]))
-    channels = tuple(dict.fromkeys(lattice.channel for lattice in view.lattices))
+    channels = channels_of(view.lattices)
     return Observation(
         keys=tuple(keys),
         figures=np.array(by_key).T,
@@ -322,7 +322,7 @@ def _on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[
     grid = images.shape[1], images.shape[2]
     images = images.reshape(len(groups), len(lattices), -1)
     variance = group.variance.reshape(len(groups), len(lattices))
-    places = [np.array(channels) == one for one in dict.fromkeys(channels)]
+    places = [np.array(channels) == one for one in channels_of(lattices)]
     return [
         _Lattices(
             figures={

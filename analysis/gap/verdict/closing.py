@@ -92,7 +92,7 @@ WORTH_CLOSING = 0.02
 tenth leaves a hundredth of chi-squared."""
 
 
-def untouched(before: Measured, after: Measured) -> tuple[str, ...]:
+def untouched(before: Measured, after: Measured, worth: float = WORTH_CLOSING) -> tuple[str, ...]:
     """Families that were off beyond doubt and that a model leaves as they were.
 
     The total is mostly of the families that have most figures: an effect may close all of it and
@@ -100,10 +100,11 @@ def untouched(before: Measured, after: Measured) -> tuple[str, ...]:
 
     Args:
         before, after: the capture against the models without and with the effects.
+        worth: part of the whole excess from which a family counts.
     """
     spread = before.rod.spread
     expected = dict(zip(spread.names, map(float, spread.expected), strict=True))
-    return left_as_they_were(before.whole.p_by_family, before.held, after.held, expected)
+    return left_as_they_were(before.whole.p_by_family, before.held, after.held, expected, worth)
 
 
 def left_as_they_were(
@@ -111,6 +112,7 @@ def left_as_they_were(
     before: Distance,
     after: Distance,
     expected: Mapping[str, float],
+    worth: float = WORTH_CLOSING,
 ) -> tuple[str, ...]:
     """The same by family.
 
@@ -118,12 +120,39 @@ def left_as_they_were(
         chances: of each family without the effects.
         before, after: distances without and with them.
         expected: chi-squared of each family where nothing is wrong.
+        worth: part of the whole excess from which a family counts.
     """
-    least = WORTH_CLOSING * before.total * sum(expected.values())
+    least = worth * before.total * sum(expected.values())
     return tuple(
         name
         for name, chance in chances.items()
         if chance < CERTAIN
         and after.by_family[name] * expected[name] > least
         and closed(before.by_family[name], after.by_family[name]) < LEAST_OF_A_FAMILY
+    )
+
+
+def against(before: Measured, after: Measured) -> tuple[str, ...]:
+    """Families that speak against a model however small they are: untouched, or spoilt by it.
+
+    Whoever has the cause leaves part of what it does, for want of the right formula. What it does
+    not do it leaves alone.
+
+    Args:
+        before, after: the capture against the models without and with the effects.
+    """
+    left = untouched(before, after, worth=0.0)
+    return (*left, *(name for name in spoilt(before.held, after.whole) if name not in left))
+
+
+def spoilt(before: Distance, after: Distance) -> tuple[str, ...]:
+    """Families that are wrong beyond doubt with a model, and were not as wrong without it.
+
+    Args:
+        before, after: distances without and with the effects.
+    """
+    return tuple(
+        name
+        for name, chance in after.p_by_family.items()
+        if chance < CERTAIN and after.by_family[name] > before.by_family.get(name, 0.0) + LARGE
     )

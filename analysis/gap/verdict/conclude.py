@@ -15,7 +15,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import NO_GAP, Figure, Gap, GapReport, Named, Suspect
-from analysis.gap.verdict.closing import closed, untouched
+from analysis.gap.verdict.closing import against, closed, untouched
 from analysis.gap.verdict.places import places
 from analysis.gap.verdict.verdict import (
     EQUIVALENT,
@@ -38,6 +38,9 @@ MOST_IN_PART = 0.85
 """Probabilities that no name passes, where nothing is left with it and where something is. On four
 sets of withheld effects 35 of 39 names were right that were given with 0.99 in the one case, and 16
 of 23 in the other: what is in no catalogue may look like what is."""
+
+MOST_AGAINST = 0.45
+"""The same where something speaks against the model beyond doubt: likelier not than so."""
 
 LATER = 0.75
 """Factor of the probability of an effect that was added to another one, where nothing is left with
@@ -126,7 +129,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     total = float(before.rod.spread.expected.sum())
     count = len(found.choices)
     alone = closed(gap.before, found.measured[min(1, count)].held.total)
-    most = MOST_CERTAIN if word == "explained" else MOST_IN_PART
+    most = _most(word, found)
     return GapReport(
         verdict=word,
         effects=tuple(
@@ -151,6 +154,14 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
         calibration=calibration_figures(found.models[-1], after.errors),
         notes=notes_of(setting),
     )  # fmt: skip
+
+
+def _most(word: str, found: Trail) -> float:
+    """The probability that no name passes."""
+    if word == "explained":
+        return MOST_CERTAIN
+    doubted = found.choices and against(found.measured[0], found.measured[-1])
+    return MOST_AGAINST if doubted else MOST_IN_PART
 
 
 def _wanted(word: str, found: Trail) -> str | None:

@@ -18,6 +18,8 @@ import numpy as np
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.statistics.group import Figures, Floats, safe_ratio
 
+APART, BY_COLOUR = "greens apart", "greens apart by colour"
+
 LEAST = 1.0
 """Sum of squares of the colour over all blocks in DN^2 below which there is none to speak of."""
 
@@ -32,10 +34,19 @@ def greens(images: Floats, lattices: Sequence[Lattice]) -> Figures:
     by_name = {lattice.name: image for lattice, image in zip(lattices, images, strict=True)}
     if not {"R", "G1", "G2", "B"} <= set(by_name):
         return {}
-    apart = by_name["G1"] - by_name["G2"]
-    colour = by_name["R"] - by_name["B"]
+    one, other = by_name["G1"], by_name["G2"]
+    return apart(one - other, (one + other) / 2, by_name["R"] - by_name["B"])
+
+
+def apart(difference: Floats, green: Floats, colour: Floats) -> Figures:
+    """The same of a difference of the greens, in which it is linear.
+
+    Args:
+        difference: G1 - G2 of each block in DN, (blocks,).
+        green, colour: G and R - B.
+    """
     colour = colour - colour.mean()
     return {
-        "greens apart": safe_ratio(apart.mean(), (by_name["G1"] + by_name["G2"]).mean() / 2),
-        "greens apart by colour": safe_ratio(apart @ colour, colour @ colour + np.float64(LEAST)),
+        APART: safe_ratio(difference.mean(), green.mean()),
+        BY_COLOUR: safe_ratio(difference @ colour, colour @ colour + np.float64(LEAST)),
     }

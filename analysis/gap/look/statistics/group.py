@@ -69,9 +69,26 @@ class Group:
         return np.square(self.noise)
 
     @cached_property
+    def _energies(self) -> tuple[Array, Array]:
+        """Sums of the square over the even and over the odd frames, (k, h, w) each."""
+        return self.square[:, ::2].sum(axis=1), self.square[:, 1::2].sum(axis=1)
+
+    @cached_property
     def energy(self) -> Array:
         """Square of the noise, summed over the frames, (k, h, w)."""
-        return np.asarray(self.square.sum(axis=1))
+        even, odd = self._energies
+        return even + odd
+
+    @cached_property
+    def energy_of_halves(self) -> tuple[Array, Array]:
+        """Square of the even and of the odd frames less their own mean each, summed, (k, h, w):
+        two looks at the noise of each pixel that have no frame in common.
+        """
+        (even, odd), (of_even, of_odd) = self._mean_halves, self._energies
+        return (
+            of_even - (self.frames + 1) // 2 * np.square(even - self.mean),
+            of_odd - self.frames // 2 * np.square(odd - self.mean),
+        )
 
     @cached_property
     def products(self) -> Floats:

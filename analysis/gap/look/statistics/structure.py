@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.gap.look.statistics.group import Figures, Floats, Group, lagged, safe_ratio
+from analysis.gap.look.statistics.group import Array, Figures, Floats, Group, lagged, safe_ratio
 
 LAGS = ((0, 1), (1, 0), (1, 1), (1, -1), (0, 2), (2, 0), (0, 3))
 """Rows down and columns right, in samples of the lattice."""
@@ -88,7 +88,12 @@ def time(group: Group) -> Figures:
 
 
 def tails(group: Group) -> Figures:
-    """Skewness and kurtosis of the noise, and pixels that are far noisier than most."""
+    """Skewness and kurtosis of the noise, and pixels that are far noisier than most.
+
+    A pixel that jumps between two levels is noisy in even frames and in odd ones; a noise with
+    heavy tails is another pixel's in each frame. Both have the same kurtosis; the correlation over
+    pixels of what even and odd frames say of them tells the one from the other.
+    """
     n, k = group.frames, len(group.codes)
     flat, square = group.noise.reshape(k, -1), group.square.reshape(k, -1)
     by_pixel = group.energy.reshape(k, -1) / np.float32(n)
@@ -100,4 +105,12 @@ def tails(group: Group) -> Figures:
         "kurtosis": safe_ratio(fourth / flat.shape[1], v * v) - 3.0,
         "loud pixels": np.where(v > 0, np.sqrt(loud), 0.0),
         "spread of pixel variance": safe_ratio(by_pixel.std(axis=1), v),
+        "pixel variance that stays": _correlation(*group.energy_of_halves),
     }
+
+
+def _correlation(a: Array, b: Array) -> Floats:
+    """Of two images (k, h, w) over their pixels, (k,)."""
+    a, b = (one.reshape(len(one), -1) for one in (a, b))
+    a, b = a - a.mean(axis=1, keepdims=True), b - b.mean(axis=1, keepdims=True)
+    return safe_ratio(np.vecdot(a, b), np.sqrt(np.vecdot(a, a) * np.vecdot(b, b)))
