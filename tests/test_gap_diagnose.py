@@ -94,6 +94,19 @@ def test_a_camera_quieter_than_a_step_is_calibrated() -> None:
     assert measured(known, setting.seen).whole.p_value > 0.01
 
 
+def test_a_mosaic_that_begins_with_green_is_calibrated_colour_by_colour() -> None:
+    """Gains differ by colour, and the light of each is that of the scene: level 1 in all three."""
+    gains = Colours(R=0.015, G=0.02, B=0.026)
+    made = dataclasses.replace(camera(), cfa="GBRG", gain_dn_per_e=gains)
+    taken = record(made.with_body(4), PROTOCOL, {"lamp": light().rate_e_per_s}, seed=4)
+    setting = look(taken, {"lamp": light()})
+    assert setting is not None
+    base = calibrated(setting, None).base
+    assert base.channels == ("R", "G", "B")
+    assert list(base.gain_dn_per_e) == pytest.approx(list(gains), rel=0.04)
+    assert list(base.level["lamp"]) == pytest.approx([1.0] * 3, rel=0.04)
+
+
 @functools.cache
 def diagnosed(*, rows: bool, without: str = "") -> Diagnosis:
     """What is said of it."""

@@ -44,6 +44,7 @@ class Camera:
 
     k: float
     draw: np.random.Generator
+    cfa: str = "RGGB"
     gain_dn_per_e: Numbers = field(init=False)
     black_dn: float = field(init=False)
     read_e: float = field(init=False)
@@ -60,8 +61,8 @@ class Camera:
         draw, shape = self.draw, (HEIGHT, WIDTH)
         by_colour = np.array([0.055, 0.050, 0.060]) * draw.uniform(0.85, 1.15)
         self.gain_dn_per_e = np.empty(shape)
-        for (y, x), colour in zip(SITES, (0, 1, 1, 2), strict=True):
-            self.gain_dn_per_e[y::2, x::2] = by_colour[colour]
+        for (y, x), colour in zip(SITES, self.cfa, strict=True):
+            self.gain_dn_per_e[y::2, x::2] = by_colour["RGB".index(colour)]
         self.black_dn, self.read_e = draw.uniform(2.5, 5), draw.uniform(8, 18)
         self.offset_e = draw.normal(0, draw.uniform(3, 8), shape)
         self.response = 1 + draw.normal(0, draw.uniform(0.006, 0.012), shape)
@@ -345,7 +346,7 @@ def photograph(c: Camera, light: Numbers, exposure_s: float, fault: str) -> Numb
     frames = []
     for frame in range(FRAMES):
         rgb = OF_LIGHT.get(fault, unharmed)(c, light, frame, exposure_s)
-        mean = mosaic(rgb) * c.response
+        mean = mosaic(rgb, c.cfa) * c.response
         mean = OF_MEANS.get(fault, unharmed)(
             c, mean + c.dark_e_per_s * exposure_s, frame, exposure_s
         )
@@ -355,38 +356,39 @@ def photograph(c: Camera, light: Numbers, exposure_s: float, fault: str) -> Numb
         read = OF_READING.get(fault, unharmed)(c, read, frame)
         dn = OF_SAMPLES.get(fault, unharmed)(c, read * c.gain_dn_per_e + c.black_dn, frame)
         codes = np.clip(np.round(dn), 0, TOP)
-        filled = edge_aware(codes) if fault in OF_FILLING else bilinear(codes)
+        filled = (edge_aware if fault in OF_FILLING else bilinear)(codes, c.cfa)
         picture = OF_PICTURES.get(fault, unharmed)(c, filled, frame)
         sent = OF_CODES.get(fault, unharmed)(c, np.clip(np.round(picture), 0, TOP), frame)
         frames.append(np.clip(np.round(sent), 0, TOP).astype(np.uint8))
     return np.stack(frames)
 
 
-def mosaic(rgb: Numbers) -> Numbers:
-    """What falls on the photosites behind filters RGGB."""
+def mosaic(rgb: Numbers, cfa: str) -> Numbers:
+    """What falls on the photosites behind their filters."""
     behind = np.empty(rgb.shape[:2])
-    for (y, x), colour in zip(SITES, (0, 1, 1, 2), strict=True):
-        behind[y::2, x::2] = rgb[y::2, x::2, colour]
+    for (y, x), colour in zip(SITES, cfa, strict=True):
+        behind[y::2, x::2] = rgb[y::2, x::2, "RGB".index(colour)]
     return behind
 
 
-def bilinear(codes: Numbers) -> Numbers:
+def bilinear(codes: Numbers, cfa: str) -> Numbers:
     """Colours between, as means of neighbours, in fractions."""
     square = np.array([[1, 2, 1], [2, 4, 2], [1, 2, 1]]) / 4
     cross = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]]) / 4
     planes = []
-    for sites, kernel in (([(0, 0)], square), ([(0, 1), (1, 0)], cross), ([(1, 1)], square)):
+    for colour, kernel in (("R", square), ("G", cross), ("B", square)):
         here = np.zeros_like(codes)
-        for y, x in sites:
-            here[y::2, x::2] = 1.0
+        for (y, x), own in zip(SITES, cfa, strict=True):
+            here[y::2, x::2] = own == colour
         known = ndimage.convolve(here, kernel, mode="mirror")
         planes.append(ndimage.convolve(codes * here, kernel, mode="mirror") / known)
     return np.stack(planes, axis=-1)
 
 
-def edge_aware(codes: Numbers) -> Numbers:
+def edge_aware(codes: Numbers, cfa: str) -> Numbers:
     """The same by OpenCV's variable number of gradients."""
-    return cv2.cvtColor(codes.astype(np.uint8), cv2.COLOR_BayerRGGB2RGB_VNG).astype(float)
+    way = getattr(cv2, f"COLOR_Bayer{cfa}2RGB_VNG")
+    return np.asarray(cv2.cvtColor(codes.astype(np.uint8), way), dtype=float)
 
 
 def main() -> None:
@@ -395,14 +397,21 @@ def main() -> None:
     words.add_argument("--fault", choices=("none", *FAULTS), default="none")
     words.add_argument("--strength", type=float, default=1.0, help="1 is a usual one")
     words.add_argument("--seed", type=int, default=41)
+    words.add_argument("--cfa", choices=("RGGB", "GRBG", "GBRG", "BGGR"), default="RGGB")
+    words.add_argument(
+        "--paths", type=int, help="light paths a pixel; the light is then named and not given"
+    )
     given = words.parse_args()
     given.out.mkdir(parents=True)
     lamps = ("fluorescent", "incandescent")
-    images = camtruth.render(camtruth.load_scene("chart").with_size(WIDTH, HEIGHT), lamps)
+    scene = camtruth.load_scene("chart").with_size(WIDTH, HEIGHT)
+    more = {"samples": given.paths, "seed": given.seed} if given.paths else {}
+    images = camtruth.render(scene, lamps, **more)
     body = [given.seed, *given.fault.encode()]
-    camera = Camera(k=given.strength, draw=np.random.default_rng(body))
+    camera = Camera(k=given.strength, draw=np.random.default_rng(body), cfa=given.cfa)
     text = ['format = "camtruth-capture/1"', 'camera = "another"', 'pixels = "rgb8"', "bits = 8",
-            'cfa = "RGGB"']  # fmt: skip
+            f'cfa = "{given.cfa}"']  # fmt: skip
+    text += ['scene = "chart"'] * bool(given.paths)
     shots = [(f"dark-{1e3 * t:g}ms", "none", 1.0, t) for t in DARK_S]
     shots += [(f"{lamp}-{100 * level:g}", lamp, level, LIT_S) for lamp in lamps for level in LEVELS]
     for label, lamp, level, exposure_s in shots:
@@ -413,10 +422,11 @@ def main() -> None:
         text += ["", "[[shot]]", f'label = "{label}"', f'light = "{lamp}"', f"level = {level}",
                  f"exposure_s = {exposure_s}", f"interval_s = {INTERVAL_S}",
                  f'frames = "{label}.npy"']  # fmt: skip
-        if lamp != "none":
+        if lamp != "none" and not given.paths:
             text.append(f'rate = "rate-{lamp}.exr"')
     for lamp, image in images.items():
-        camtruth.write_rate(given.out / f"rate-{lamp}.exr", image)
+        if not given.paths:
+            camtruth.write_rate(given.out / f"rate-{lamp}.exr", image)
     for panel in images[lamps[0]].header.panels:
         place = [f"{key} = {int(getattr(panel, key))}" for key in "xywh"]
         text += ["", "[[panel]]", f'name = "{panel.name}"', *place]
