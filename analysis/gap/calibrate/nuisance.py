@@ -91,7 +91,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         if lit:
             knobs.append(Knob(name="gain", channel=c, step=0.15))
             noise = read + float(base.gain_dn_per_e[c]) * bright_dn
-            prnu = 0.6 * float(base.prnu2[c]) + hidden * noise / bright_dn**2 + 5e-6
+            prnu = 1.5 * float(base.prnu2[c]) + hidden * noise / bright_dn**2 + 5e-6
             knobs.append(Knob(name="prnu", channel=c, step=prnu))
             knobs += [
                 Knob(name=f"level:{lamp}", channel=c, step=0.02)
