@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy import ndimage, optimize
+from scipy import ndimage, optimize, stats
 
 from sensor.effect import Effect
 from sensor.effects.defocus_error import DefocusError
@@ -76,6 +76,28 @@ def test_veil_fills_a_black_panel_with_its_part_of_the_scenes_mean() -> None:
 
     assert obeys(law(scenes, VeilingGlare(fraction=v)))
     assert not obeys(law([blurred(s) for s in scenes]))
+
+
+def test_a_veil_of_short_reach_is_the_light_about_each_pixel() -> None:
+    """A bright half beside a dark one: with normal weights of standard deviation s the veil at x px
+    from the border is that of the two times Phi(x / s), and an even veil is the same everywhere."""
+    v, reach = 0.1, 0.2
+    side = flat(200.0)
+    side[:, WIDTH // 2 :] *= 20
+
+    def veil(effect: VeilingGlare) -> np.ndarray:
+        shot = Shot(label="lit", light=("lamp",), level=(1.0,), exposure_s=EXPOSURE_S, frames=2)
+        camera = bench_camera(effect, height=side.shape[0], width=side.shape[1])
+        made = simulate(camera, shot, {"lamp": side}, until=Quantity.RATE).numpy()[0, :, :, 1]
+        return np.asarray((made - (1 - v) * side[..., 1]).mean(axis=0) / v)
+
+    x = np.arange(WIDTH) - (WIDTH - 1) / 2
+    low, high = float(side[0, 0, 1]), float(side[0, -1, 1])
+    expected = low + (high - low) * stats.norm.cdf(x / (reach * side.shape[0]))
+    middle = np.abs(x) < WIDTH / 4
+    found = veil(VeilingGlare(fraction=v, reach=reach))
+    assert np.allclose(found[middle], expected[middle], atol=0.02 * (high - low))
+    assert np.ptp(veil(VeilingGlare(fraction=v))) < 1e-3 * (high - low)
 
 
 def test_vignetting_is_even_on_rings_and_falls_along_the_polynomial() -> None:

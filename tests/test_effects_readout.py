@@ -88,6 +88,31 @@ def test_interference_has_all_its_power_at_one_frequency_and_moves_by_its_drift(
     tells_apart(figures, frames_of(effect, rate=rate), impostor)
 
 
+def test_blanking_turns_a_wave_from_row_to_row_and_jitter_from_frame_to_frame() -> None:
+    """Lines of W + B pixels: every row's phase is ahead by (W + B) / P cycles. Of sources that do
+    not keep time the phasors of n frames add up to n of n^2 in the mean of the square."""
+    period, blanking = 23.7, 61.0
+
+    def phases(effect: Interference, frames: int) -> Array:
+        seen = frames_of(effect, rate=flat(LIGHT_E), frames=frames) - LIGHT_E
+        wave = seen @ np.exp(-2j * np.pi * np.arange(seen.shape[2]) / period)
+        return np.asarray(wave)
+
+    rows = phases(Interference(amplitude_e=300.0, period_px=period, blanking_px=blanking), 4)
+    turn = np.angle(np.sum(rows[:, 1:] * np.conj(rows[:, :-1]))) / (2 * np.pi)
+    width = flat(LIGHT_E).shape[1]
+    assert abs((turn - (width + blanking) / period + 0.5) % 1 - 0.5) < 0.005
+    apart = {}
+    for jitter in (0.0, 1.0):
+        still = Interference(
+            amplitude_e=300.0, period_px=period, drift_cycles_per_frame=0.0, jitter_cycles=jitter
+        )
+        wave = phases(still, 200)[:, 0]
+        apart[jitter] = abs(np.sum(wave / np.abs(wave))) ** 2 / 200
+    assert apart[0.0] > 190
+    assert apart[1.0] < 12  # exponential, of mean 1: 6e-6
+
+
 def test_flicker_noise_has_equal_power_in_every_octave() -> None:
     sigma, height, width = 60.0, 64, 128
     octaves = int(math.log2(height * width))

@@ -26,7 +26,7 @@ from analysis.gap.look.statistics.structure import (
     time,
 )
 from analysis.gap.look.statistics.surface import surface
-from analysis.gap.ready.hints import period_px
+from analysis.gap.ready.wave import wave
 from sensor.demosaicers import colour_demosaicing
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
@@ -238,13 +238,34 @@ def test_a_wave_along_the_read_out_tells_its_period(period: float) -> None:
     rng = np.random.default_rng(6)
     count = np.arange(HEIGHT * WIDTH).reshape(HEIGHT, WIDTH)
     drift = 0.31 * np.arange(16)[:, None, None]
-    wave = 1.5 * np.sin(2 * np.pi * (count / period + drift))
-    dn = np.round(100 + rng.normal(0, SIGMA, (16, HEIGHT, WIDTH)) + wave).astype(np.uint8)
+    bars = 1.5 * np.sin(2 * np.pi * (count / period + drift))
+    dn = np.round(100 + rng.normal(0, SIGMA, (16, HEIGHT, WIDTH)) + bars).astype(np.uint8)
     shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=16)
     stack = Frames(dn=dn, shot=shot, pixels="mono8", bits=8)
     grey = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
-    found = period_px([stack], grey)
-    assert HEIGHT * WIDTH * abs(1 / found - 1 / period) < 0.5
+    found = {name: float(value) for name, value in wave([stack], grey).items()}
+    assert HEIGHT * WIDTH * abs(1 / found["period_px"] - 1 / period) < 0.5
+    assert found["blanking_px"] == 0
+    assert found["drift_cycles_per_frame"] == pytest.approx(0.31, abs=0.01)
+    assert found["jitter_cycles"] == 0
+
+
+def test_a_wave_that_lines_turn_tells_their_blanking() -> None:
+    """A sinusoid half as strong as the noise, of 0.1497 cycles a pixel and 0.0631 a row and any
+    phase in each frame: both are found to a tenth of the resolution of a frame."""
+    rng = np.random.default_rng(16)
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    phase = rng.uniform(size=(16, 1, 1))
+    turned = 1.5 * np.sin(2 * np.pi * (0.1497 * x + 0.0631 * y + phase))
+    dn = np.round(100 + rng.normal(0, SIGMA, (16, HEIGHT, WIDTH)) + turned).astype(np.uint8)
+    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=16)
+    stack = Frames(dn=dn, shot=shot, pixels="mono8", bits=8)
+    grey = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
+    found = {name: float(value) for name, value in wave([stack], grey).items()}
+    assert WIDTH * abs(1 / found["period_px"] - 0.1497) < 0.1
+    row = (WIDTH + found["blanking_px"]) / found["period_px"] % 1.0
+    assert HEIGHT * abs(row - 0.0631) < 0.1
+    assert found["jitter_cycles"] == 1
 
 
 def test_the_noise_of_light_paths_is_that_of_the_blocks() -> None:

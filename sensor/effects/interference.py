@@ -18,13 +18,14 @@ from sensor.stream import Stream
 class Interference(Effect):
     """A clock or a switching supply couples into the video line: bars that wander over the frame.
 
-        e(k, y, x) += A sin(2 pi ((y W + x) / P + k d + phi)),    phi uniform, once for the shot
+        e(k, y, x) += A sin(2 pi ((y (W + B) + x) / P + k d + j u_k + phi))
 
-    y W + x counts pixels in the order they are read; P is the period on that count and d the part
-    of a cycle by which the pattern moves between frames. Line blanking is left out, as it only
-    turns the phase of a row. Adds A^2 / 2 to the temporal variance, all of it at one frequency:
-    the power of the read-out series at 1 / P is A^2 N / 4 for N pixels, where independent noise of
-    the same variance has A^2 / 2.
+    y (W + B) + x counts pixels in the order they are read, and B those that pass while a line is
+    blanked; P is the period on that count and d the part of a cycle by which the pattern moves
+    between frames. phi is uniform, once for the shot; u_k is uniform in each frame, for a source
+    that does not keep time (j = 1) rather than one that does (j = 0). Adds A^2 / 2 to the temporal
+    variance, all of it at one frequency: the power of the read-out series at 1 / P is A^2 N / 4 for
+    N pixels, where independent noise of the same variance has A^2 / 2.
     """
 
     name: ClassVar[str] = "interference"
@@ -58,14 +59,33 @@ class Interference(Effect):
         doc="how far the pattern moves from one frame to the next",
     )
 
+    blanking_px: float = parameter(
+        0.0,
+        unit="px",
+        minimum=0.0,
+        maximum=1e6,
+        doc="pixels that pass between two lines; it turns the wave from row to row",
+    )
+    jitter_cycles: float = parameter(
+        0.0,
+        unit="cycles",
+        minimum=0.0,
+        maximum=1.0,
+        starts=(0.0, 1.0),
+        doc="width of what is random about the phase of a frame; 1 is any phase",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         height, width = signal.shape[1:3]
         tensor = signal.backend.tensor
         # whole cycles are taken off in double precision: there may be 1e5 of them in a frame
         columns = tensor((np.arange(width) / self.period_px % 1.0)[None, None, :])
-        rows = tensor((np.arange(height) * width / self.period_px % 1.0)[None, :, None])
+        line = (width + self.blanking_px) / self.period_px
+        rows = tensor((np.arange(height) * line % 1.0)[None, :, None])
         frame = np.array(signal.frames, dtype=np.float64)
         frames = tensor((frame * self.drift_cycles_per_frame % 1.0)[:, None, None])
         start = stream.whole_shot.uniform(1, 1)
+        if self.jitter_cycles > 0:
+            start = start + self.jitter_cycles * stream.uniform(1, 1, use="jitter")
         wave = dr.sin(2.0 * math.pi * (columns + rows + (frames + start)))
         return signal.replace(signal.value + signal.by_colour(self.amplitude_e) * wave)

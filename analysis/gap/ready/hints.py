@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from analysis.gap.camera.base import Base
 from analysis.gap.look.lattices import Lattice
@@ -37,24 +36,6 @@ class Told:
 
 
 HINT_FRAMES = 16
-
-
-def period_px(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float:
-    """Period along the read-out of the strongest wave in the noise, in pixels.
-
-    The spectrum is that of a whole frame in the order it is read, so that waves along the rows,
-    waves across them and all between are one peak each.
-    """
-    power: Floats | float = 0.0
-    for stack in stacks:
-        noise = _mosaic(stack, lattices)
-        pixels = noise[0].size
-        power = power + np.square(np.abs(fft.rfft(noise.reshape(-1, pixels)))).mean(axis=0)
-    power = np.atleast_1d(power)
-    # drifts of whole frames are not waves, and nothing is faster than two pixels
-    low = 8
-    peak = low + int(np.argmax(power[low:]))
-    return max(float(pixels / _between(power, peak)), 2.0)
 
 
 LOUD = 0.005
@@ -148,26 +129,3 @@ def empty_bits(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> int:
         if len(used) > 1 and len(np.unique(used % 2**bits)) == 1:
             return bits
     return 0
-
-
-def _between(power: Floats, peak: int) -> float:
-    """Place of a peak between the points of a spectrum, by the parabola of its logarithm."""
-    if not 0 < peak < len(power) - 1:
-        return float(peak)
-    left, middle, right = np.log(power[peak - 1 : peak + 2] + 1e-30)
-    bend = left - 2 * middle + right
-    return float(peak + (0.5 * (left - right) / bend if bend < 0 else 0.0))
-
-
-def _mosaic(stack: Frames, lattices: tuple[Lattice, ...]) -> NDArray[np.float32]:
-    """Noise of measured samples in their places, each colour in units of its own."""
-    dn = np.asarray(stack.dn[:HINT_FRAMES])
-    plane = np.zeros(dn.shape[:3], dtype=np.float32)
-    for lattice in lattices:
-        channel = dn[..., "RGB".index(lattice.channel)] if dn.ndim == 4 else dn
-        samples = channel[:, lattice.dy :: lattice.step, lattice.dx :: lattice.step]
-        noise = samples.astype(np.float32)
-        noise = noise - noise.mean(axis=0)
-        size = float(noise.std()) or 1.0
-        plane[:, lattice.dy :: lattice.step, lattice.dx :: lattice.step] = noise / size
-    return plane

@@ -8,12 +8,14 @@ from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
 from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.full_well import full_well_e
-from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz, period_px
+from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz
 from analysis.gap.ready.hot import hot
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.unbend import unbent
+from analysis.gap.ready.wave import wave
 from analysis.gap.suspects.lobe import lobe_of
+from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.blooming import Blooming
 from sensor.effects.gamma import Gamma
@@ -31,8 +33,8 @@ def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
     stacks = setting.key_frames
     lattices = setting.scenery.view.lattices
     dwell = dwell_s(stacks, lattices)
-    found: dict[str, dict[str, float | None]] = {
-        Interference.name: {"period_px": period_px(stacks, lattices)},
+    found: dict[str, dict[str, float | Colours | None]] = {
+        Interference.name: dict(wave(stacks, lattices)),
         LampFlicker.name: {"mains_hz": mains_hz(stacks)},
         RandomTelegraphNoise.name: {"dwell_up_s": dwell, "dwell_down_s": dwell},
         Blooming.name: {"full_well_e": full_well_e(stacks, lattices, base)},

@@ -132,6 +132,11 @@ def left_as_they_were(
     )
 
 
+SPOILT = 3.0
+"""By how much G of a family must rise for a model to have spoilt it; it rises by less where a right
+effect has not quite its strength."""
+
+
 def against(before: Measured, after: Measured) -> tuple[str, ...]:
     """Families that speak against a model however small they are: untouched, or spoilt by it.
 
@@ -154,5 +159,5 @@ def spoilt(before: Distance, after: Distance) -> tuple[str, ...]:
     return tuple(
         name
         for name, chance in after.p_by_family.items()
-        if chance < CERTAIN and after.by_family[name] > before.by_family.get(name, 0.0) + LARGE
+        if chance < CERTAIN and after.by_family[name] > before.by_family.get(name, 0.0) + SPOILT
     )
