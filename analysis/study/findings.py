@@ -127,6 +127,11 @@ def right(row: Row) -> bool:
     return bool(abs(row["bias"]) <= max(GOOD * row["truth"], 2.5 * (row["bias_se"] or 0.0)))
 
 
+HARDLY = 0.2
+"""Part of an error by which another one must differ to be called better or worse: the scatter of a
+ninetieth percentile."""
+
+
 def _dither(rows: Sequence[Row]) -> str:
     """Whether a ramp that sweeps the codes stands in for noise that does not."""
 
@@ -143,7 +148,10 @@ def _dither(rows: Sequence[Row]) -> str:
     even, ramp = spread(["even"]), spread(["paper", "near", "close"])
     if math.isnan(even) or math.isnan(ramp):
         return ""
-    word = "helps" if ramp < even else "does not help"
+    if abs(ramp - even) < HARDLY * even:
+        word = "hardly changes that"
+    else:
+        word = "helps" if ramp < even else "makes it worse"
     return (
         "A gradient sweeps levels over the codes, so that rounding adds 1/12 on the average: at"
         " read noise of 0.2 steps and less, 8 bits and 66 electrons a step the gain of photon"
