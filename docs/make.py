@@ -18,6 +18,7 @@ from docs.effects_page import catalogue_page
 from docs.gap_page import write_gap_page
 from docs.light_page import write_light_page
 from docs.reproduction_page import write_reproduction
+from docs.sheet import marks
 from docs.study_page import write_study_page
 from foundation.output import new_file
 from render.preview import balanced, srgb
@@ -26,7 +27,6 @@ from sensor.capture_folder import TRUTH, read_capture
 
 HERE = Path(__file__).parent
 DEMO = HERE.parent / "camtruth-out" / "demo"
-STYLE = HERE.parent / "camtruth" / "report" / "report.css"
 
 
 def overview() -> str:
@@ -39,13 +39,6 @@ def overview() -> str:
     light = balanced(read_rate(folder / "rate-fluorescent.exr"))
     frame = srgb(capture.frames[-1].dn[0] / capture.frames[-1].top_dn)
     total = figures(measure(capture), truth, capture)[2]["svgs"][1]
-    rules = STYLE.read_text(encoding="utf-8")
-    plain = rules.split("@media (prefers-color-scheme: dark)")[0]
-    marks = "\n".join(
-        line
-        for line in rules.splitlines()
-        if line.startswith((".plot text", ".plot .", ".grid", ".line", ".dots", ".rings", ".bar"))
-    )
     texts = (
         (14, "Light, path-traced out of focus"),
         (344, "One frame of the simulated camera"),
@@ -54,7 +47,7 @@ def overview() -> str:
     labels = "".join(f'<text class="head" x="{x}" y="22">{text}</text>' for x, text in texts)
     return (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1040 290" width="1040">'
-        f"<style>{plain}{marks} svg {{ overflow: visible }}"
+        f"<style>{marks()} svg {{ overflow: visible }}"
         " .head { font: 600 12px system-ui, sans-serif; fill: #1c1e21 }</style>"
         '<rect width="1040" height="290" fill="#fdfdfc"/>'
         f"{labels}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,20 +12,27 @@ from camtruth.report.plot import HEIGHT, WIDTH
 STYLE = Path(__file__).parent.parent / "camtruth" / "report" / "report.css"
 GAP = 14
 
+MARKS = (".plot text", ".plot .", ".grid", ".line", ".dots", ".rings", ".bar")
+
+
+def marks() -> str:
+    """The report's rules for plots in light colours, with each variable's value in its place: not
+    every program that draws an SVG knows variables.
+    """
+    rules = STYLE.read_text(encoding="utf-8")
+    values = dict(re.findall(r"--(\w+): ([^;]+);", rules.split("@media")[0]))
+    kept = "\n".join(line for line in rules.splitlines() if line.startswith(MARKS))
+    return re.sub(r"var\(--(\w+)\)", lambda found: values[found[1]], kept)
+
 
 def sheet(plots: Sequence[str], columns: int = 2, legend: Sequence[tuple[str, str]] = ()) -> str:
     """An SVG of plots by `camtruth.report.plot`; `legend` holds classes and words."""
-    rules = STYLE.read_text(encoding="utf-8")
-    light = rules.split("@media (prefers-color-scheme: dark)")[0]
-    kept = (".plot text", ".plot .", ".grid", ".line", ".dots", ".rings", ".bar")
-    marks = "\n".join(line for line in rules.splitlines() if line.startswith(kept))
     top = 30 if legend else 8
     width = columns * (WIDTH + GAP) + GAP
     height = math.ceil(len(plots) / columns) * (HEIGHT + GAP) + top
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}">',
-        f"<style>{light}{marks} .words {{ font: 12px system-ui, sans-serif; fill: #1c1e21 }}",
-        "</style>",
+        f"<style>{marks()} .words {{ font: 12px system-ui, sans-serif; fill: #1c1e21 }}</style>",
         f'<rect width="{width}" height="{height}" fill="#fdfdfc"/>',
     ]
     x = GAP
