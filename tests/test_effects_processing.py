@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.defect_correction import DefectCorrection
@@ -75,7 +76,14 @@ def test_white_balance_multiplies_the_conversion_where_light_does_not() -> None:
 def test_color_matrix_correlates_the_noise_of_the_channels() -> None:
     saturation, weights = 1.6, np.array([0.299, 0.587, 0.114])
     sigmas = np.array([3.0, 2.0, 4.0])
-    matrix = saturation * np.eye(3) + (1 - saturation) * np.ones((3, 1)) * weights
+    mixed = np.array([[1.2, -0.15, -0.05], [0.1, 0.8, 0.1], [-0.02, -0.28, 1.3]])
+    effect = ColorMatrix(
+        saturation=saturation,
+        next_colour=Colours(R=-0.15, G=0.1, B=-0.02),
+        last_colour=Colours(R=-0.05, G=0.1, B=-0.28),
+    )
+    matrix = (saturation * np.eye(3) + (1 - saturation) * np.ones((3, 1)) * weights) @ mixed
+    assert effect.matrix == pytest.approx(matrix)
     expected = matrix @ np.diag(sigmas**2) @ matrix.T
     upper = np.triu_indices(3)
 
@@ -87,7 +95,7 @@ def test_color_matrix_correlates_the_noise_of_the_channels() -> None:
 
     grey = 100.0 + sigmas * np.random.default_rng(3).standard_normal((64, 32, 32, 3))
     impostor = noise_on(0.0, 1.0, 64, 32, 32, 3) * np.sqrt(np.diag(expected)) + 100.0
-    tells_apart(figures, applied(ColorMatrix(saturation=saturation), grey), impostor)
+    tells_apart(figures, applied(effect, grey), impostor)
 
 
 def test_sharpening_makes_neighbours_disagree() -> None:

@@ -8,41 +8,16 @@ from scipy import ndimage
 
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.filtered import correlations, power_left, weights_of
-from sensor.frames import Frames
-from sensor.protocol import Shot
+from tests.mosaic import MOSAIC, filled_in, lit
 
 SIGMA_DN = 8.0
 FRAMES, HEIGHT, WIDTH = 16, 144, 144
-MOSAIC = tuple(
-    Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
-    for name, dy, dx in (("R", 0, 0), ("G1", 0, 1), ("G2", 1, 0), ("B", 1, 1))
-)
 GREY = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
 
 
 def window(a: float, b: float) -> np.ndarray:
     """Three by three weights of one sum."""
     return np.array([[b, a, b], [a, 1 - 4 * a - 4 * b, a], [b, a, b]])
-
-
-def filled_in(raw: np.ndarray) -> np.ndarray:
-    """A mosaic RGGB with the colours between filled in by means of neighbours."""
-    y, x = np.mgrid[: raw.shape[1], : raw.shape[2]]
-    red, blue = (y % 2 == 0) & (x % 2 == 0), (y % 2 == 1) & (x % 2 == 1)
-    cross = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]]) / 4
-    square = np.array([[1, 2, 1], [2, 4, 2], [1, 2, 1]]) / 4
-    planes = [
-        ndimage.convolve(raw * here, kernel[None], mode="mirror")
-        for here, kernel in ((red, square), (~red & ~blue, cross), (blue, square))
-    ]
-    return np.stack(planes, axis=-1)
-
-
-def lit(dn: np.ndarray, pixels: str) -> Frames:
-    """A shot of whole codes."""
-    shot = Shot(label="lit", light=("lamp",), level=(1.0,), exposure_s=0.01, frames=len(dn))
-    codes = np.clip(np.round(dn), 0, 255).astype(np.uint8)
-    return Frames(shot=shot, dn=codes, pixels=pixels, bits=8, cfa=None)
 
 
 @pytest.mark.parametrize(("a", "b"), [(0.08, 0.06), (0.05, 0.0), (0.03, 0.01)])

@@ -10,14 +10,16 @@ from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.full_well import full_well_e
 from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz
 from analysis.gap.ready.hot import hot
+from analysis.gap.ready.mixed import mixed
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
-from analysis.gap.ready.unbend import unbent
+from analysis.gap.ready.undone import unbent, unmixed
 from analysis.gap.ready.wave import wave
 from analysis.gap.suspects.lobe import lobe_of
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.blooming import Blooming
+from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.gamma import Gamma
 from sensor.effects.hot_pixels import HotPixels
 from sensor.effects.interference import Interference
@@ -50,6 +52,8 @@ def told_by(setting: Setting) -> dict[str, Told]:
     told = dict(setting.told)
     if curve := told.get(Gamma.name):
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
+    if mix := mixed(setting.key_frames, setting.scenery.view.lattices):
+        told[ColorMatrix.name] = dataclasses.replace(mix, base=unmixed(setting, mix))
     if room := lit_room(setting):
         told[AmbientLight.name] = room
     if spots := hot(setting):

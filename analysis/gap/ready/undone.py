@@ -1,8 +1,9 @@
-"""Where a camera that bends its output begins: first figures of frames with the curve undone."""
+"""Where a camera that changes its output begins: first figures of frames with the change undone."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
 from analysis.gap.ready.hints import Told
+from analysis.gap.ready.mixed import matrix_of
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, black_of_frames
 from sensor.frames import Frames
@@ -27,8 +29,31 @@ def unbent(setting: Setting, told: Told) -> Base:
     """
     exponent = told.hints["exponent"]
     assert isinstance(exponent, float), "a curve is the same in all colours"
-    inverse = 1.0 / exponent
-    frames = [_through(f, inverse) for f in setting.key_frames]
+    return _by_moments_of(setting, [_through(f, 1.0 / exponent) for f in setting.key_frames])
+
+
+def unmixed(setting: Setting, told: Told) -> Base:
+    """The base by moments of frames without the matrix that they tell, for the same reason.
+
+    Args:
+        setting: the capture.
+        told: the parts of the matrix.
+    """
+    inverse = np.linalg.inv(matrix_of(told)).astype(np.float32)
+    black = np.float32(setting.black_dn)
+
+    def through(frames: Frames) -> Frames:
+        dn = np.empty(frames.dn.shape, dtype=frames.dn.dtype)
+        for k, codes in enumerate(frames.dn):
+            straight = (codes - black) @ inverse.T + black
+            dn[k] = np.clip(np.round(straight), 0, frames.top_dn)
+        return dataclasses.replace(frames, dn=dn)
+
+    return _by_moments_of(setting, [through(f) for f in setting.key_frames])
+
+
+def _by_moments_of(setting: Setting, frames: Sequence[Frames]) -> Base:
+    """The base by moments of other frames of the same shots."""
     seen = observe((stack_of(f, setting.plan) for f in frames), setting.scenery.view)
     straight = dataclasses.replace(setting, seen=seen, black_dn=black_of_frames(frames))
     _, base = by_moments(straight)

@@ -1,0 +1,129 @@
+"""The matrix that mixed the colours of a picture, by how the noise of its channels agrees.
+
+A photosite has one filter, so that what three channels show there is one measured sample and two
+means of others, whose noise is independent: before a matrix M the covariance of a red site's noise
+is a diagonal D_R, that of a blue one's D_B. After it they are
+
+    C_R = M D_R M^T,    C_B = M D_B M^T,    hence    C_R C_B^-1 = M (D_R D_B^-1) M^-1
+
+whatever the noise and the demosaicer, as long as that is linear. The columns of M are eigenvectors;
+a bilinear demosaicer makes the eigenvalues 4, 1 and 1/4 times constants of the channels. Rows that
+add to 1 say how long each column is. The sites of green have not been used: what their noise still
+has in common after M is undone tells whether it was a matrix at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bias.rounding import ROUNDING_DN2
+from analysis.gap.look.lattices import Lattice, inner
+from analysis.gap.ready.hints import HINT_FRAMES, Told
+from sensor.colours import Colours
+from sensor.effects.color_matrix import ColorMatrix
+from sensor.frames import Frames
+
+Floats = NDArray[np.float64]
+
+LEAST_PART = 0.02
+"""Of one colour in another, from which a matrix is told."""
+
+CLEAR = 8.0
+"""The same in standard errors, by the two halves of the frames' rows."""
+
+MOST_IN_COMMON = 0.03
+"""Correlation of two channels at a site of green, with the matrix undone, that says it was one."""
+
+NOTHING = 0.003
+"""Part of one colour in another that is none: no search begins with it."""
+
+MOSAIC = 4
+
+
+def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
+    """The parts of a matrix; None where noise does not say that there is one.
+
+    Args:
+        stacks: frames of the key shots.
+        lattices: where each colour was measured.
+    """
+    if len(lattices) != MOSAIC or any(stack.dn.ndim != 4 for stack in stacks):
+        return None
+    halves = [covariances(stacks, lattices, half) for half in (0, 1)]
+    whole = {name: halves[0][name] + halves[1][name] for name in halves[0]}
+    found = [matrix(one) for one in (whole, *halves)]
+    if any(one is None for one in found):
+        return None
+    best, first, second = (one for one in found if one is not None)
+    off = np.abs(best - np.diag(np.diag(best)))
+    error = np.sqrt(np.square(first - second).sum() / 6) / 2
+    told = off.max() > max(LEAST_PART, CLEAR * error) and in_common(whole, best) < MOST_IN_COMMON
+    return Told(hints=_parts(best), exact=False) if told else None
+
+
+def covariances(
+    stacks: Sequence[Frames], lattices: Sequence[Lattice], half: int
+) -> dict[str, Floats]:
+    """Of the noise in time of the three channels, by lattice, over all stacks: (3, 3).
+
+    Args:
+        stacks: colour frames.
+        lattices: of a mosaic.
+        half: every other row of each lattice from this one on.
+    """
+    found = {lattice.name: np.zeros((3, 3)) for lattice in lattices}
+    for stack in stacks:
+        dn = inner(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
+        noise = dn - dn.mean(axis=0)
+        noise -= noise.mean(axis=(1, 2), keepdims=True)  # the lamp's and the black level's
+        free = 1.0 - 1.0 / len(noise)
+        for lattice in lattices:
+            sites = noise[:, lattice.dy + 2 * half :: 4, lattice.dx :: 2].reshape(-1, 3)
+            found[lattice.name] += (sites.T @ sites) / (len(sites) * free)
+            found[lattice.name] -= ROUNDING_DN2 * np.eye(3)
+    return found
+
+
+def matrix(by_lattice: dict[str, Floats]) -> Floats | None:
+    """M, with rows that add to 1; None where no matrix with a positive diagonal does it.
+
+    Args:
+        by_lattice: covariances of the three channels.
+    """
+    if min(np.linalg.eigvalsh(c).min() for c in by_lattice.values()) <= 0:
+        return None
+    values, columns = np.linalg.eig(by_lattice["R"] @ np.linalg.inv(by_lattice["B"]))
+    if np.iscomplexobj(values):
+        return None
+    # red has its own noise at a site of red, blue at one of blue
+    columns = columns[:, np.argsort(-values)]
+    found = columns * np.linalg.solve(columns, np.ones(3))
+    return found if np.diag(found).min() > 0.5 else None
+
+
+def in_common(by_lattice: dict[str, Floats], mix: Floats) -> float:
+    """The largest correlation of two channels at a site of green, with a matrix undone."""
+    undo = np.linalg.inv(mix)
+    greens = sum(c for name, c in by_lattice.items() if name.startswith("G"))
+    left = undo @ greens @ undo.T
+    sigma = np.sqrt(np.diag(left))
+    return float(np.abs(left / np.outer(sigma, sigma) - np.eye(3)).max())
+
+
+def _parts(mix: Floats) -> dict[str, float | Colours]:
+    """A matrix as parameters of the effect; a part that is lost in noise is none."""
+    parts = np.where(np.abs(mix) < NOTHING, 0.0, mix)
+    red, green, blue = parts
+    return {
+        "saturation": 1.0,
+        "next_colour": Colours(R=float(red[1]), G=float(green[2]), B=float(blue[0])),
+        "last_colour": Colours(R=float(red[2]), G=float(green[0]), B=float(blue[1])),
+    }
+
+
+def matrix_of(told: Told) -> Floats:
+    """M, from what was told of it."""
+    return ColorMatrix(**told.hints).matrix  # type: ignore[arg-type]
