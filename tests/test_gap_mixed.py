@@ -44,8 +44,8 @@ def test_the_matrix(matrix: np.ndarray, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(6, 16))
 def test_no_matrix(seed: int) -> None:
-    """Without one, a part is its error of 0.007 and the largest of a picture 1.1 times what the two
-    halves say errors are, at most 4.1 times in thirty draws: it has to be 8 times that, and 0.02."""
+    """Without one, a part is its error of 0.007, and the largest of a picture 1.1 times what two
+    halves say errors are, at most 4.1 times in thirty draws: it has to be 8 times and 0.02."""
     assert mixed(shot(picture(PLAIN, seed)), MOSAIC) is None
 
 
