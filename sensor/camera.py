@@ -19,6 +19,7 @@ import numpy as np
 
 from sensor.colours import Colours
 from sensor.effect import Effect
+from sensor.effects.quantization import Quantization
 from sensor.errors import CameraError
 from sensor.frames import PIXELS, Pixels
 from sensor.signal import Format
@@ -96,6 +97,12 @@ class Camera:
     def cfa_of_pixels(self) -> str | None:
         """The colours of the pixels as a capture states them: none for a camera without colours."""
         return None if self.pixels.startswith("mono") else self.cfa
+
+    @property
+    def chain(self) -> tuple[Effect, ...]:
+        """The effects that a signal meets: nothing is rounded where a later one does that."""
+        by_itself = any(effect.rounds for effect in self.effects)
+        return tuple(e for e in self.effects if not (by_itself and isinstance(e, Quantization)))
 
     @property
     def history_frames(self) -> int:

@@ -166,6 +166,11 @@ class Effect(abc.ABC):
         """What the signal must be when it reaches the effect."""
         return cls.quantity_override or cls.stage.quantity
 
+    @property
+    def rounds(self) -> bool:
+        """Whether it takes numbers that nobody has rounded, and rounds what it makes."""
+        return False
+
     @classmethod
     def place(cls) -> tuple[int, int, int]:
         """Position in the whole signal path; effects of a camera stand in this order."""

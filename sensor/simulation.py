@@ -111,14 +111,14 @@ def still(camera: Camera, light: Signal, *, seed: int) -> tuple[Signal, int]:
         seed: seed of everything that is not fixed in the camera body.
     """
     signal = dataclasses.replace(light, frames=range(2))
-    for done, effect in enumerate(camera.effects):
+    for done, effect in enumerate(camera.chain):
         reached = _reach(signal, effect.quantity())
         stream = stream_of(camera, effect, signal.shot, seed, signal.frames, signal.backend)
         after = effect.apply(reached, stream)
         if after.shape[0] > 1:
             return reached.looked_at(), done
         signal = after
-    return signal, len(camera.effects)
+    return signal, len(camera.chain)
 
 
 def exposed(
@@ -142,7 +142,7 @@ def exposed(
     """
     batch = range(frames.start - camera.history_frames, frames.stop)
     signal = dataclasses.replace(light, frames=batch)
-    for effect in camera.effects[done:]:
+    for effect in camera.chain[done:]:
         if effect.quantity().place > until.place:
             break
         signal = _reach(signal, effect.quantity())

@@ -25,7 +25,7 @@ from sensor.effects.white_balance import WhiteBalance
 from sensor.errors import CameraError
 from sensor.protocol import Shot
 from sensor.signal import Quantity
-from sensor.simulation import simulate
+from sensor.simulation import pixels_of, simulate
 from tests.effects_bench import Array, flat, frames_of
 from tests.effects_chain import (
     LIGHT_E,
@@ -80,6 +80,28 @@ def test_colour_in_fractions_leaves_luma_to_the_last_rounding() -> None:
     error = variance_error(expected, before[..., 0].size)
     assert_agree(spread(ChromaSubsampling(mode=1, whole_codes=0)), expected, error)
     assert spread(ChromaSubsampling(mode=1)) > 2 * expected
+
+
+def test_a_camera_rounds_once_where_colour_is_made_of_fractions() -> None:
+    """The rounding of red, green and blue adds a twelfth of each one's weight squared to luma; as
+    much again, and what both have in common, where they have been rounded before."""
+    bare = Camera(
+        name="bare", height=64, width=64, gain_dn_per_e=Colours.of(1.0), black_dn=128.0,
+        effects=(ReadNoise(thermal_e=12.0), Demosaic()),
+    )  # fmt: skip
+    shot = Shot(label="dark", exposure_s=0.01, frames=16)
+    fine = simulate(bare, shot, {}, seed=3, until=Quantity.DN).value.numpy()
+    weights = np.array([0.299, 0.587, 0.114])
+
+    def spread(of_whole_codes: float) -> float:
+        effect = ChromaSubsampling(mode=1, whole_codes=0, of_whole_codes=of_whole_codes)
+        full = bare.plus(Quantization(), effect)
+        codes = pixels_of(full, simulate(full, shot, {}, seed=3)).astype(np.float64)
+        return float(((codes - fine) @ weights).var())
+
+    expected = (weights**2).sum() / 12
+    assert_agree(spread(0.0), expected, variance_error(expected, fine[..., 0].size))
+    assert spread(1.0) > 2 * expected
 
 
 def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:

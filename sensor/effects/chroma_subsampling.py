@@ -24,9 +24,11 @@ class ChromaSubsampling(Effect):
         R' = Y + 1.402 V,  B' = Y + 1.772 U,  G' = Y - (0.299 1.402 V + 0.114 1.772 U)/0.587
 
     All in whole codes of the full range, as video modes of IIDC carry them, or in fractions of
-    codes, as programs do that keep floats to the end. Colour differences are
-    equal in a group but for rounding and differ between groups; their noise variance is 1/n of
-    what it was if the pixels were independent. A blur of the colours has no groups.
+    codes, as programs do that keep floats to the end. R, G and B are whole codes before, as where
+    a program gets pictures, or not yet, as in a camera whose converter has more bits. Colour
+    differences are equal in a group but for rounding and differ between groups; their noise
+    variance is 1/n of what it was if the pixels were independent. A blur of the colours has no
+    groups.
     """
 
     name: ClassVar[str] = "chroma_subsampling"
@@ -55,6 +57,19 @@ class ChromaSubsampling(Effect):
         starts=(1.0, 0.0),
         doc="1 carries Y, U and V as whole codes, 0 as fractions: a program that counts in floats",
     )
+    of_whole_codes: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(1.0, 0.0),
+        doc="1 where R, G and B are whole codes before, 0 where they have not been rounded",
+    )
+
+    @property
+    def rounds(self) -> bool:
+        return self.mode > 0 and self.of_whole_codes == 0
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         need_colours(signal, self.name)

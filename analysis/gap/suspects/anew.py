@@ -14,9 +14,9 @@ from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.beginnings import channels_alike, choices, louder
+from analysis.gap.suspects.beginnings import channels_alike, choices, every_choice, louder
 from analysis.gap.suspects.settle import settled
-from sensor.effect import Effect
+from sensor.effect import Effect, Stage
 
 ANEW_STEPS = 5
 
@@ -95,8 +95,10 @@ def anew(
         """Where to begin, the likeliest first."""
         coloured = "G" in base.channels
         even = channels_alike(base) if coloured else base
-        if not tuned and not start:
-            yield louder(even), effect
+        if not start and effect.stage is Stage.TRANSPORT:
+            loud = louder(even)
+            tried = (against(loud, one) for one in (every_choice(effect) if tuned else [effect]))
+            yield loud, min(tried, key=lambda one: one.misfit).effects[-1]
         if not coloured:
             yield from from_where_it_is()
             return

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.gap.camera.base import Base, Floats
 from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.measure.signature import starts, strengths
-from analysis.gap.suspects.pursue import chosen_otherwise
+from analysis.gap.suspects.pursue import LONG, chosen_otherwise
 from sensor.effect import Effect
 
 LOUDER = 4.0
@@ -18,8 +18,8 @@ LOUDER = 4.0
 
 
 def louder(base: Base) -> Base:
-    """The base with twice the read noise, of a camera that counts in fractions: a codec takes noise
-    away, and darks that are left without any tell no small step back to it.
+    """The base with twice the read noise, of a camera that counts in fractions: what rounds codes
+    once more takes noise away, and darks that are left without any tell no small step back to it.
     """
     return dataclasses.replace(base, read_dn2=LOUDER * base.read_dn2, arithmetic=IN_FRACTIONS)
 
@@ -43,6 +43,16 @@ def channels_alike(base: Base) -> Base:
         prnu2=everywhere(base.prnu2),
         level={lamp: level / factor for lamp, level in base.level.items()},
     )
+
+
+def every_choice(effect: Effect) -> list[Effect]:
+    """The same effect with all its choices made in all ways."""
+    chosen = [p.name for p in effect.parameters() if p.whole and p.maximum - p.minimum < LONG]
+    made = (
+        dataclasses.replace(effect, **{name: getattr(one, name) for name in chosen})
+        for one in starts(type(effect))
+    )
+    return list(dict.fromkeys([effect, *made]))
 
 
 ELSEWHERE = 3.0
