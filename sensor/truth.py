@@ -45,8 +45,8 @@ def channels_of(camera: Camera) -> tuple[str, ...]:
 def population(camera: Camera, longest_exposure_s: float) -> dict[str, dict[str, float]]:
     """The noise parameters of the camera by channel and key, as the distribution has them.
 
-    `dark_shot` is at the longest exposure; the offsets of the shot and PRNU lines are 0, because
-    equation (1) has none. Effects that are not of the base camera do not enter.
+    `dark_shot` and `dsnu` are at the longest exposure; the offsets of the shot and PRNU lines are
+    0, because equation (1) has none. Effects that are not of the base camera do not enter.
     """
     gain = camera.gain_dn_per_e
     dark, shot = camera.get(DarkShot), camera.get(PhotonShot)
@@ -55,6 +55,7 @@ def population(camera: Camera, longest_exposure_s: float) -> dict[str, dict[str,
     fpn_e = Colours.of(fpn.sigma_e) if fpn else zero
     read_e = read.sigma_e if read else zero
     ratio = Colours.of(prnu.ratio) if prnu else zero
+    pattern_e = _dark_pattern_e(camera, longest_exposure_s)
     dark_e = math.sqrt(dark.current_e_per_s * longest_exposure_s) if dark and shot else 0.0
     table = {}
     for channel in channels_of(camera):
@@ -69,7 +70,7 @@ def population(camera: Camera, longest_exposure_s: float) -> dict[str, dict[str,
             "prnu_slope": ratio[colour],
             "prnu_offset": 0.0,
             "gain": g,
-            "dsnu": fpn_e[colour] * g,
+            "dsnu": math.hypot(fpn_e[colour], pattern_e) * g,
             "prnu": ratio[colour],
         }
     return table
@@ -80,7 +81,10 @@ def realised(
 ) -> dict[str, dict[str, float]]:
     """The noise parameters of this very camera body; see `population`."""
     table = population(camera, longest_exposure_s)
-    for kind, keys in ((Fpn, ("fpn", "dsnu")), (Prnu, ("prnu", "prnu_slope"))):
+    for figures in table.values():
+        figures["dsnu"] = _dark_pattern_e(camera, longest_exposure_s) * figures["gain"]
+    own = ((Fpn, ("fpn",)), (Prnu, ("prnu", "prnu_slope")), (DarkShot, ("dsnu",)))
+    for kind, keys in own:
         effect: Effect | None = camera.get(kind)
         if effect is None:
             continue
@@ -92,7 +96,15 @@ def realised(
             spread = float(pattern[camera.format.colour_index == colour].std())
             for key in keys:
                 figures[key] *= spread
+    for figures in table.values():
+        figures["dsnu"] = math.hypot(figures["fpn"], figures["dsnu"])
     return table
+
+
+def _dark_pattern_e(camera: Camera, exposure_s: float) -> float:
+    """What dark current leaves of a pattern that differs from photosite to photosite."""
+    dark = camera.get(DarkShot)
+    return dark.spread_e_per_s * exposure_s if dark else 0.0
 
 
 def truth(

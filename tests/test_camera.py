@@ -182,6 +182,21 @@ def test_the_part_of_dark_current_that_is_shown_moves_the_mean_and_nothing_else(
     assert np.allclose(moved, GAIN * 300.0, atol=1e-3)
 
 
+def test_dark_current_differs_between_photosites_and_its_pattern_grows_with_the_exposure() -> None:
+    """The same pattern in every shot, of standard deviation gain x spread x t; fixed offsets of one
+    exposure's size are as large in the other."""
+    spread, n = 500.0, SIDE * SIDE
+    cam = camera(DarkShot(current_e_per_s=9000.0, spread_e_per_s=spread))
+    shots = [dataclasses.replace(dark_shot(), exposure_s=t, frames=1) for t in (0.01, 0.04)]
+    short, long = (dn(cam, shot=shot)[0] - 100.0 for shot in shots)
+    assert np.allclose(long, 4 * short, atol=1e-3)
+    for pattern, exposure_s in ((short, 0.01), (long, 0.04)):
+        expected = (GAIN * spread * exposure_s) ** 2
+        assert_agree(pattern.var(), expected, variance_error(expected, n))
+    offsets = [dn(camera(Fpn(sigma_e=spread * 0.01)), shot=shot)[0] for shot in shots]
+    assert np.allclose(offsets[0], offsets[1], atol=1e-3)
+
+
 @pytest.mark.parametrize("where", BACKENDS)
 def test_quantization_rounds_to_the_nearest_and_clips(where: str) -> None:
     cam = camera(Quantization(), gain_dn_per_e=Colours.of(1.0), black_dn=0.0)

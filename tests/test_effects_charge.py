@@ -69,6 +69,11 @@ def test_crosstalk_smears_an_edge_and_leaves_the_noise_white() -> None:
         assert_agree([lagged(noise, 0, 1), lagged(noise, 1, 0)], [0, 0], error, "white")
 
     check(frames_of(Crosstalk(share=share), rate=rate_of(image)))
+    uneven = frames_of(Crosstalk(share=share, along_rows=0.8), rate=rate_of(image)).mean(0)
+    # 0.8 / 2 of the share to each side instead of a quarter
+    step = share * 0.4 * (high - low)
+    error = math.sqrt((high + NOISE) / (16 * 64))
+    assert_agree(uneven[:, 47].mean() - low, step, error, "along rows")
     kernel = np.array([[0, share / 4, 0], [share / 4, 1 - share, share / 4], [0, share / 4, 0]])
     must_fail(check, ndimage.convolve(frames_of(rate=rate_of(image)), kernel[None]))
 

@@ -41,6 +41,7 @@ BASE = Base(
     black_dn=np.zeros(1),
     dark_e_per_s=0.0,
     shown_e_per_s=0.0,
+    dark_spread2=0.0,
     arithmetic=0,
     white_balance=None,
     blur_px2=0.0,

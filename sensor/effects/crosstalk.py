@@ -15,11 +15,13 @@ from sensor.stream import Stream
 class Crosstalk(Effect):
     """Light and charge born under one photosite are collected by the four beside it.
 
-    mean' = mean + (s / 4) sum over the neighbours of (neighbour - mean), s the share that leaves.
+    mean' = mean + sum over the neighbours of a (neighbour - mean), with a = s h / 2 for the two of
+    the same row and s (1 - h) / 2 for those of the same column, s the share that leaves and h the
+    part of it that leaves along the rows: a photosite between vertical registers is no square.
     Nothing crosses the border of the sensor, and nothing is lost.
 
     Consequence: every electron picks its photosite by itself, so the counts stay independent
-    Poisson numbers: an edge is smeared by s / 4 to each side while the noise keeps variance =
+    Poisson numbers: an edge is smeared by a to each side while the noise keeps variance =
     mean and no correlation. A blur of finished frames correlates the noise.
     """
 
@@ -40,7 +42,16 @@ class Crosstalk(Effect):
         identity=0.0,
         doc="share of a photosite's charge that its four neighbours collect",
     )
+    along_rows: float = parameter(
+        0.5,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        doc="part of it that goes to the two of the same row",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        each = self.share / 4
-        return signal.replace(after_exchange(signal, lambda own, beside, _: each * (beside - own)))
+        row, column = self.share * self.along_rows / 2, self.share * (1 - self.along_rows) / 2
+        return signal.replace(
+            after_exchange(signal, lambda own, beside, dy: (column if dy else row) * (beside - own))
+        )

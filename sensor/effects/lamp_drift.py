@@ -40,6 +40,7 @@ class LampDrift(Effect):
         minimum=-0.5,
         maximum=0.5,
         identity=0.0,
+        starts=(0.05, -0.02),
         doc="lasting brightness minus that at the start of the shot, relative to the latter",
     )
     time_constant_s: float = parameter(

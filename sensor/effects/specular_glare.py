@@ -47,7 +47,7 @@ class SpecularGlare(Effect):
         0.35, unit="1", minimum=0.0, maximum=1.0, doc="centre, as a part of the height from the top"
     )
     sigma_px: float = parameter(
-        30.0, unit="px", minimum=2.0, maximum=1000.0, doc="standard deviation of the lobe"
+        30.0, unit="px", minimum=2.0, maximum=200.0, doc="standard deviation of the lobe"
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:

@@ -80,6 +80,7 @@ def first_guess(
         black_dn=dark.black_dn,
         dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
         shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
+        dark_spread2=0.0,
         arithmetic=arithmetic,
         white_balance=None,
         blur_px2=0.0,

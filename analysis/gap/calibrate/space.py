@@ -236,6 +236,9 @@ def _whitening(
     covariance = np.zeros((channels, count, shots, shots))
     fixed = base.fpn_dn2[:, None, None, None] / n * both
     covariance += fixed
+    exposures_s = np.array([shot.exposure_s for shot in scenery.shots])
+    grown = base.dark_spread2 * np.square(base.gain_dn_per_e)[:, None, None, None] / n * both
+    covariance += grown * exposures_s[:, None] * exposures_s
     covariance += (
         base.prnu2[:, None, None, None] / n * both * signal[..., :, None] * signal[..., None, :]
     )

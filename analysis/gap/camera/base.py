@@ -41,6 +41,7 @@ class Base:
         black_dn: black level, per channel: a gain behind the converter multiplies it too.
         dark_e_per_s: dark current, which brings its shot noise.
         shown_e_per_s: the part of its mean that grows in the frames with the exposure.
+        dark_spread2: its variance over the photosites, in e-^2/s^2.
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
         white_balance: of whole codes, behind it; None without. Gains, levels and variances above
             are those before it.
@@ -56,6 +57,7 @@ class Base:
     black_dn: Floats
     dark_e_per_s: float
     shown_e_per_s: float
+    dark_spread2: float
     arithmetic: int
     white_balance: WhiteBalance | None
     blur_px2: float
@@ -65,7 +67,7 @@ class Base:
         """The base with one figure changed; variances stay above zero, `gain` and `level` factors.
 
         Args:
-            name: gain, read, fpn, prnu, black, dark, shown, blur, or level:LAMP.
+            name: gain, read, fpn, prnu, black, dark, shown, spread, blur, or level:LAMP.
             channel: index of the channel; None for all, and for figures without one.
             by: logarithm of the factor for gain and level; the addition for all others.
         """
@@ -94,6 +96,8 @@ class Base:
                 most = MOST_DARK_E_PER_S
                 shown = float(np.clip(self.shown_e_per_s + by, -most, most))
                 return dataclasses.replace(self, shown_e_per_s=shown)
+            case "spread":
+                return dataclasses.replace(self, dark_spread2=max(self.dark_spread2 + by, 0.0))
             case "blur":
                 blur = float(np.clip(self.blur_px2 + by, 0, MOST_BLUR_PX2))
                 return dataclasses.replace(self, blur_px2=blur)
@@ -143,6 +147,7 @@ def camera_of(base: Base, body: Body) -> Camera:
         "dark_shot": {
             "current_e_per_s": base.dark_e_per_s,
             "shown_e_per_s": base.shown_e_per_s,
+            "spread_e_per_s": min(base.dark_spread2**0.5, MOST_DARK_E_PER_S),
         },
         "photon_shot": {},
         "fpn": {"sigma_e": colours(np.clip(np.sqrt(base.fpn_dn2) / gain, 0, 1000))},

@@ -28,7 +28,7 @@ from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
 
-LEAST_PART = 0.02
+LEAST_PART = 0.008
 """Of one colour in another, from which a matrix is told."""
 
 CLEAR = 8.0
