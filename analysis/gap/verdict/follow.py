@@ -21,6 +21,7 @@ from analysis.gap.verdict.verdict import (
     EQUIVALENT,
     LEAST_SCORE,
     SIGNIFICANCE,
+    WEAK,
     Choice,
     both,
     choose,
@@ -82,10 +83,12 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         choice = choose(candidates) if chances[-1] < SIGNIFICANCE else None
         if choice is None:
             break
-        if choices and not _deserves(choice.best, choices[0].best):
+        if choices and not _deserves(choice.best, choices[0].best, now):
             break
         step = _confirmed(setting, model, now, candidates, choice, later=bool(choices), watch=watch)
         if step is None:
+            break
+        if choices and not (step.ends or _stands_beside(choice.best, choices[0].best)):
             break
         if choices:
             watch(f"confirming {step.choice.best.name} alone")
@@ -209,7 +212,7 @@ def _another(step: _Step, shown: Sequence[Signature], first: Candidate) -> bool:
     left = [one for one in shown if type(one.effect) not in known]
     case = step.left.case
     best = at_first_sight(case, closer(case, left, least=LEAST_OF_A_LATER))
-    return best is not None and _deserves(best, first)
+    return best is not None and _deserves(best, first, step.left)
 
 
 SECOND_LOOK = 0.2
@@ -228,7 +231,19 @@ def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
     return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
 
 
-def _deserves(later: Candidate, first: Candidate) -> bool:
-    """Whether an effect is to be added to another one."""
-    least = max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
-    return later.score > least and later.absorbed < EQUIVALENT
+def _deserves(later: Candidate, first: Candidate, now: Measured) -> bool:
+    """Whether an effect is to be tried beside another one.
+
+    One that is much less than the first is tried where something is left, and has to close that.
+
+    Args:
+        later, first: the effects.
+        now: the capture against the model with the first.
+    """
+    left = now.whole.p_value < SIGNIFICANCE and later.score > WEAK
+    return later.absorbed < EQUIVALENT and (left or _stands_beside(later, first))
+
+
+def _stands_beside(later: Candidate, first: Candidate) -> bool:
+    """Whether an effect is more than what an error of another one's model leaves."""
+    return later.score > max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
