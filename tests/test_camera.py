@@ -172,6 +172,27 @@ def test_a_demosaicer_in_whole_numbers_rounds_twice(where: str, arithmetic: int)
         assert not np.array_equal(red, frame(other)[..., 0])
 
 
+def test_a_converter_with_four_more_bits_leaves_sixteenths() -> None:
+    """Measured samples are whole sixteenths, means of two whole halves of them, and rounding adds a
+    variance of (1/16)^2 / 12."""
+    read = ReadNoise(reset_e=0, thermal_e=6, other_e=0)
+    common = {"pixels": "rgb8", "bits": 8, "gain_dn_per_e": Colours.of(1.0), "black_dn": 100.0}
+    fine, coarse = (
+        simulate(
+            camera(read, Demosaic(arithmetic=a), **common), dark_shot(), {}, until=Quantity.DN
+        ).value.numpy()
+        for a in (0.0, 5.0)
+    )
+    red = coarse[:, ::2, ::2, 0]
+    assert np.array_equal(red * 16, np.round(red * 16))
+    between = coarse[:, ::2, 1::2, 0] * 32
+    assert np.array_equal(between, np.round(between))
+    assert np.any(between % 2 == 1)
+    off = (red - fine[:, ::2, ::2, 0]).astype(np.float64)
+    expected = 1 / 16**2 / 12
+    assert_agree(off.var(), expected, variance_error(expected, off.size))
+
+
 def test_the_part_of_dark_current_that_is_shown_moves_the_mean_and_nothing_else() -> None:
     """gain x shown x t in the mean, and the variance of the whole dark charge as before."""
     seen = {}

@@ -28,7 +28,9 @@ class Demosaic(Effect):
     has rounded before, and rounds each mean again: then an interpolated sample is a function of
     whole neighbours, and every other mean of two is a half, so that it matters where halves go.
     One whose converter gives whole numbers but that counts in fractions from there on rounds again
-    behind everything: without further processing that is the same as halves to the even number.
+    behind everything: without further processing that is the same as halves to the even number. One
+    whose converter has four bits more than what leaves the camera counts in sixteenths, as cameras
+    of 12 bits do that give 8: what processing makes of a sixteenth is a comb of its own.
     """
 
     name: ClassVar[str] = "demosaic"
@@ -41,19 +43,19 @@ class Demosaic(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=4.0,
+        maximum=5.0,
         whole=True,
         doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down;"
-        " 4 in fractions of whole samples",
+        " 4 in fractions of whole samples, 5 of whole sixteenths",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         runs = Runs(signal)
-        top = float(signal.format.top_dn)
+        top, steps = float(signal.format.top_dn), STEPS[int(self.arithmetic)]
         above, here, below = (runs.line(dy) for dy in (-1, 0, 1))
-        if self.arithmetic != 0:
+        if steps is not None:
             above, here, below = (
-                [dr.clip(dr.round(sample), 0.0, top) for sample in line]
+                [dr.clip(dr.round(sample * steps) / steps, 0.0, top) for sample in line]
                 for line in (above, here, below)
             )
         odd_row = (runs.row & 1) == 1
@@ -87,8 +89,12 @@ WHOLE: tuple[Callable[[Any], Any], ...] = (
     dr.round,
     dr.floor,
     lambda mean: mean,
+    lambda mean: mean,
 )
 """What becomes of a mean, by arithmetic."""
+
+STEPS = (None, 1.0, 1.0, 1.0, 1.0, 16.0)
+"""Steps of the converter in a code that leaves the camera; None where it has endlessly many."""
 
 
 def _sources(cfa: str) -> list[list[int]]:

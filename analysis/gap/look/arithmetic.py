@@ -22,6 +22,9 @@ OF_WHOLE_SAMPLES = 4
 """In fractions behind a converter that has rounded: of itself it looks like halves to the even
 number, and differs from it by what processing makes of the fractions."""
 
+OF_SIXTEENTHS = 5
+"""In fractions behind a converter with four more bits."""
+
 HALVES_TO_EVEN = 2
 
 RULES: dict[int, Callable[[Whole], Whole]] = {
@@ -43,7 +46,7 @@ def rules_of(told: int) -> tuple[int, ...]:
             hidden by what was done to them afterwards.
     """
     if told == IN_FRACTIONS:
-        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES)
+        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, OF_SIXTEENTHS)
     return (told, OF_WHOLE_SAMPLES) if told == HALVES_TO_EVEN else (told,)
 
 
