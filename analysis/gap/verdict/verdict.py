@@ -36,7 +36,7 @@ WEAK = 100.0
 """Score below which a name is doubted: signatures are not quite right, and what is in no catalogue
 takes the name that looks most like it."""
 
-DOUBTED = 0.55
+DOUBTED = 0.4
 """Factor of the probability of a suspect that barely deserves its name: where this was tuned, about
 half of the names that were given at scores of 15 to 40 were right."""
 
