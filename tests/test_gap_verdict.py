@@ -17,7 +17,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict import conclude
-from analysis.gap.verdict.closing import accounts, left_as_they_were, spoilt
+from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
@@ -112,6 +112,23 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-90)) == ("codes",)
     assert spoilt(far(57.0, 0.0), far(7.7, 1e-90)) == ()
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
+
+
+def test_what_lingers_where_most_was_off_is_told() -> None:
+    """More than a tenth of the gap of the family that was most off, and beyond doubt."""
+
+    def far(codes: float, rows: float, chance: float) -> Distance:
+        return Distance(
+            total=1.0,
+            by_family={"codes": codes, "rows": rows},
+            p_by_family={"codes": chance, "rows": 0.0},
+            p_value=0.0,
+        )
+
+    before = far(256.0, 30.0, 0.0)
+    assert lingering(before, far(29.0, 30.0, 1e-90)) == ("codes",)
+    assert lingering(before, far(20.0, 30.0, 1e-90)) == ()
+    assert lingering(before, far(29.0, 30.0, 1e-9)) == ()
 
 
 def test_a_weak_suspect_is_not_named() -> None:
