@@ -222,8 +222,8 @@ def another_program(
     spread: float = 0.0,
 ) -> np.ndarray:
     """The frames of a camera of equation (1) that is written in NumPy and shares no line with ours:
-    gain 0.02 DN/e-, read noise 30 e-, and dark current that moves the mean, by `spread` e-/s more or
-    less in each photosite."""
+    gain 0.02 DN/e-, read noise 30 e-, and dark current that moves the mean, of that `spread` over
+    the photosites in e-/s."""
     rng = np.random.default_rng([len(shot.label), int(whole)])
     body = np.random.default_rng(99)
     prnu = 1 + 0.01 * body.normal(size=(HEIGHT, WIDTH))
