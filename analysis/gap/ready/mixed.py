@@ -34,8 +34,9 @@ LEAST_PART = 0.008
 CLEAR = 8.0
 """The same in standard errors, by the two halves of the frames' rows."""
 
-MOST_IN_COMMON = 0.03
-"""Correlation of two channels at a site of green, with the matrix undone, that says it was one."""
+MOST_IN_COMMON = 0.25
+"""Correlation of two channels at a site of green, with the matrix undone, over the largest part of
+one colour in another: less says that it was a matrix. Noise that rows share made as much."""
 
 NOTHING = 0.003
 """Part of one colour in another that is none: no search begins with it."""
@@ -60,7 +61,9 @@ def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
     best, first, second = (one for one in found if one is not None)
     off = np.abs(best - np.diag(np.diag(best)))
     error = np.sqrt(np.square(first - second).sum() / 6) / 2
-    told = off.max() > max(LEAST_PART, CLEAR * error) and in_common(whole, best) < MOST_IN_COMMON
+    most = float(off.max())
+    a_matrix = in_common(whole, best) < MOST_IN_COMMON * most
+    told = most > max(LEAST_PART, CLEAR * error) and a_matrix
     return Told(hints=_parts(best), exact=False) if told else None
 
 

@@ -60,10 +60,11 @@ def anew(
     best, as_found = found, against(found.base, found.effect)
     likeliest = as_found
     tuned = not (told and told.exact)
-    scatters = tuned and likeliest.misfit < SCATTERS * found.misfit
+    without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
+    # what has been led astray leaves more than there was, by any errors
+    scatters = tuned and likeliest.misfit < SCATTERS * min(found.misfit, without)
     if likeliest.misfit <= ENOUGH and not scatters:
         return found
-    without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
     effect, base = found.effect, found.base
     start = told.base if told else None
     tuned = not (told and told.exact)

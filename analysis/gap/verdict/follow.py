@@ -234,14 +234,15 @@ def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
 def _deserves(later: Candidate, first: Candidate, now: Measured) -> bool:
     """Whether an effect is to be tried beside another one.
 
-    One that is much less than the first is tried where something is left, and has to close that.
+    One that is much less than the first is tried where little is left, and has to close that.
 
     Args:
         later, first: the effects.
         now: the capture against the model with the first.
     """
-    left = now.whole.p_value < SIGNIFICANCE and later.score > WEAK
-    return later.absorbed < EQUIVALENT and (left or _stands_beside(later, first))
+    little = now.whole.p_value < SIGNIFICANCE and now.held.total < TELLS_LITTLE
+    tried = (little and later.score > WEAK) or _stands_beside(later, first)
+    return tried and later.absorbed < EQUIVALENT
 
 
 def _stands_beside(later: Candidate, first: Candidate) -> bool:
