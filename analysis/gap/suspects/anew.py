@@ -61,8 +61,10 @@ def anew(
     likeliest = as_found
     tuned = not (told and told.exact)
     without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
-    # what has been led astray leaves more than there was, by any errors
-    scatters = tuned and likeliest.misfit < SCATTERS * min(found.misfit, without)
+    # what is done to pictures is the same in every body; and what was led astray leaves more than
+    # there was, by any errors
+    of_bodies = tuned and found.effect.stage not in (Stage.PROCESSING, Stage.TRANSPORT)
+    scatters = of_bodies and likeliest.misfit < SCATTERS * min(found.misfit, without)
     if likeliest.misfit <= ENOUGH and not scatters:
         return found
     effect, base = found.effect, found.base
