@@ -114,6 +114,28 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
 
 
+def test_a_name_has_no_rival_in_one_that_is_named_with_it() -> None:
+    """0.52 of interference, 0.40 of charge transfer and 0.08 of crosstalk: where charge transfer is
+    named as well, interference has 0.52 of the 0.60 that is left."""
+    first = choose([candidate("interference", 40.0), candidate("crosstalk", 36.0)])
+    assert first is not None
+    first = dataclasses.replace(
+        first,
+        probability=0.52,
+        by_name={"interference": 0.52, "charge_transfer_inefficiency": 0.4, "crosstalk": 0.08},
+    )
+    later = choose([candidate("charge_transfer_inefficiency", 200.0)])
+    assert later is not None
+
+    def beside(*choices: Choice) -> float:
+        return conclude.beside(first, choices)
+
+    assert beside(first) == pytest.approx(0.52)
+    assert beside(first, later) == pytest.approx(0.52 / 0.6)
+    certain = dataclasses.replace(first, probability=0.9)
+    assert conclude.beside(certain, (certain, later)) == 1.0
+
+
 def test_what_lingers_where_most_was_off_is_told() -> None:
     """More than a tenth of the gap of the family that was most off, and beyond doubt."""
 

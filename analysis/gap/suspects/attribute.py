@@ -36,6 +36,10 @@ NEAR = 0.2
 RIVAL = 0.5
 """Part of the best score from which another one is its rival."""
 
+NEARLY_ALL_OF_IT = 0.15
+"""Part of the misfit without a suspect that is left by one of which the frames tell, and from which
+no other one is calibrated anew."""
+
 FAR_WORSE = 3.0
 """Times the misfit without a suspect from which the camera is not calibrated anew with it."""
 
@@ -60,7 +64,10 @@ def attribute(
     keys = case.fitting.turned.space.keys
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
     at_strength = []
-    evident = [e for e in first if e.name in told]
+    # beside another effect the frames' own word is one among others
+    evident = [
+        e for e in first if e.name in told and (not case.known.effects or e.score > WORTH_A_LOOK)
+    ]
     possible = [e for e in first if e not in evident and not too_much(e)]
     worth_it = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in possible), default=0.0))
     for found in possible[:ADAPTED]:
@@ -86,6 +93,9 @@ def attribute(
         found = one.clearest
         # the strongest effect is the first, and calibration has known it since
         if case.known.effects or any(c.misfit <= MISFIT for c in candidates):
+            break
+        # who leaves so little is the cause, or its model is not quite right
+        if any(c.misfit < NEARLY_ALL_OF_IT * without for c in candidates[: len(evident)]):
             break
         far = candidates[place].misfit > FAR_WORSE * without
         # a pursuit may lead nowhere, and it may lead past the one that looked best before

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,10 +45,11 @@ MOST_AGAINST = 0.45
 LATER = 0.75
 """Factor of the probability of an effect that was added to another one, where nothing is left with
 both: on the sets where this was tuned 4 of 4 such effects were right, and none of 6 where something
-was left."""
+was left. No more is taken from the first one: of two as large as each other each closes half."""
 
 LEAST_TRUST = 0.4
-"""Factor of the probability of an effect that closes no more of the gap than it must."""
+"""Factor of the probability of an effect that closes no more of the gap than it must, where
+something is left."""
 
 
 TELLS_LITTLE = 0.1
@@ -134,7 +135,9 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
         verdict=word,
         effects=tuple(
             _named(
-                choice, min(most, choice.probability * _trust(word, gap, alone, k, count)), found
+                choice,
+                min(most, beside(choice, found.choices) * _trust(word, gap, alone, k, count)),
+                found,
             )
             for k, choice in enumerate(found.choices)
         ),
@@ -172,6 +175,19 @@ def _wanted(word: str, found: Trail) -> str | None:
     return next_capture([name for names in confused for name in names]) if confused else None
 
 
+def beside(choice: Choice, choices: Sequence[Choice]) -> float:
+    """Probability of a name among those that are not named with it: who has a part of the gap is no
+    rival for the rest.
+
+    Args:
+        choice: the name.
+        choices: all that are given, it among them.
+    """
+    named = {one.best.name for one in choices} - {choice.best.name}
+    rivals = sum(choice.by_name.get(name, 0.0) for name in named)
+    return min(1.0, choice.probability / max(1.0 - rivals, choice.probability))
+
+
 def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
     """Factor of the probability of an effect, by what is left with it.
 
@@ -191,7 +207,8 @@ def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
     if (count == 1 and word == "explained") or gap.before < TELLS_LITTLE:
         return 1.0
     beyond = float(np.clip((alone - LEAST_SHRINK) / (1 - LEAST_SHRINK), 0, 1))
-    return LEAST_TRUST + (1 - LEAST_TRUST) * beyond
+    least = LATER if word == "explained" else LEAST_TRUST
+    return least + (1 - least) * beyond
 
 
 def _named(choice: Choice, probability: float, found: Trail) -> Named:

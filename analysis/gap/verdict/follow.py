@@ -15,11 +15,12 @@ from analysis.gap.suspects.anew import ANEW_STEPS
 from analysis.gap.suspects.attribute import at_first_sight, attribute
 from analysis.gap.suspects.first_look import closer, shows
 from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
-from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, untouched
+from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, closed, untouched
 from analysis.gap.verdict.conclude import TELLS_LITTLE, Trail
 from analysis.gap.verdict.verdict import (
     EQUIVALENT,
     LEAST_SCORE,
+    LEAST_SHRINK,
     SIGNIFICANCE,
     WEAK,
     Choice,
@@ -88,7 +89,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         step = _confirmed(setting, model, now, candidates, choice, later=bool(choices), watch=watch)
         if step is None:
             break
-        if choices and not (step.ends or _stands_beside(choice.best, choices[0].best)):
+        if choices and not _earned(step, now, choices[0].best):
             break
         if choices:
             watch(f"confirming {step.choice.best.name} alone")
@@ -99,8 +100,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         models.append(step.model)
         distances.append(step.left)
         choices.append(step.choice)
-        closed = step.left.held.total < LITTLE * distances[0].held.total
-        everywhere = closed and not untouched(distances[0], step.left)
+        little = step.left.held.total < LITTLE * distances[0].held.total
+        everywhere = little and not untouched(distances[0], step.left)
         done = step.ends or everywhere
         if (done and not _another(step, shown, choices[0].best)) or len(choices) == MOST_EFFECTS:
             chances.append(step.left.whole.p_value)
@@ -231,18 +232,30 @@ def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
     return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
 
 
+LITTLE_IS_LEFT = 0.25
+"""G that one effect may close which is much less than the first."""
+
+
 def _deserves(later: Candidate, first: Candidate, now: Measured) -> bool:
     """Whether an effect is to be tried beside another one.
 
-    One that is much less than the first is tried where little is left, and has to close that.
+    One that is much less than the first is tried where little is left, and has to close most of it.
 
     Args:
         later, first: the effects.
         now: the capture against the model with the first.
     """
-    little = now.whole.p_value < SIGNIFICANCE and now.held.total < TELLS_LITTLE
+    little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
     tried = (little and later.score > WEAK) or _stands_beside(later, first)
     return tried and later.absorbed < EQUIVALENT
+
+
+def _earned(step: _Step, now: Measured, first: Candidate) -> bool:
+    """Whether a later effect keeps its place: a large one in any case, another if it closes most of
+    what the first one leaves.
+    """
+    most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
+    return step.ends or most or _stands_beside(step.choice.best, first)
 
 
 def _stands_beside(later: Candidate, first: Candidate) -> bool:
