@@ -1,4 +1,4 @@
-"""What the frames themselves say of parameters that a search could not guess: a period, a time."""
+"""What the frames themselves say of parameters that no search could guess: a frequency, a time."""
 
 from __future__ import annotations
 
