@@ -80,12 +80,48 @@ def first_guess(
         black_dn=dark.black_dn,
         dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
         shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
-        dark_spread2=0.0,
+        dark_spread2=dark_spread2(seen, exposure, pattern / gain**2, noise / gain**2),
         arithmetic=arithmetic,
         white_balance=None,
         blur_px2=0.0,
         level=levels(seen, scenery, dark, gain),
     )
+
+
+SPREADS = 2.0
+"""Standard errors from which dark current is told to differ between photosites. Where it is not,
+the spread stays 0 and is no direction of calibration."""
+
+
+def dark_spread2(
+    seen: Observation, exposure_s: Floats, pattern_e2: Floats, noise_e2: Floats
+) -> float:
+    """Variance of dark current over the photosites in e-^2/s^2, by the growth of the pattern from
+    the shortest dark to the longest; 0 where it is lost in errors, or there is but one exposure.
+
+    The product of the means of two halves of f frames has the variance, over n photosites,
+    ((p + 2 s / f)^2 + p^2) / n, for a pattern of variance p and noise in time of variance s.
+
+    Args:
+        seen: the capture.
+        exposure_s: of its shots.
+        pattern_e2, noise_e2: variances, (shots, channels).
+    """
+    darks = [k for k, label in enumerate(seen.shots) if label not in seen.lit]
+    if len(darks) < 2:
+        return 0.0
+    shortest, longest = (choose(darks, key=lambda k: exposure_s[k]) for choose in (min, max))
+    lever = float(exposure_s[longest] ** 2 - exposure_s[shortest] ** 2)
+    if lever <= 0:
+        return 0.0
+    size = seen.samples * seen.means.shape[-1]
+    frames = seen.frames * seen.groups
+    ends = [longest, shortest]
+    whole = np.maximum(pattern_e2[ends], 0.0)
+    variance = (np.square(whole + 2 * noise_e2[ends] / frames) + np.square(whole)).sum(axis=0)
+    weight = size / variance
+    grown = float(weight @ (pattern_e2[longest] - pattern_e2[shortest]) / weight.sum())
+    return grown / lever if grown > SPREADS / float(np.sqrt(weight.sum())) else 0.0
 
 
 def before(balance: WhiteBalance, base: Base) -> Base:

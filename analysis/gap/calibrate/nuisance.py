@@ -106,6 +106,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     if len(exposures) > 1:
         shown = black_dn / float(base.gain_dn_per_e.max())
         knobs.append(Knob(name="shown", channel=None, step=shown / longest))
+    if base.dark_spread2 > 0:
         # as for the fixed offsets, in electrons of the channel that shows it best
         noise_e2 = float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 1.0
         spread = 0.6 * base.dark_spread2 + hidden * noise_e2 / longest**2
