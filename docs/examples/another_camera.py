@@ -50,8 +50,7 @@ class Camera:
     read_e: float = field(init=False)
     offset_e: Numbers = field(init=False)
     response: Numbers = field(init=False)
-    dark_spread: float = 0.0
-    dark_e_per_s: Numbers = field(init=False)
+    dark_e_per_s: float = field(init=False)
     columns: Numbers = field(init=False)
     waves: Numbers = field(init=False)
     chance: Numbers = field(init=False)
@@ -67,13 +66,11 @@ class Camera:
         self.black_dn, self.read_e = draw.uniform(2.5, 5), draw.uniform(8, 18)
         self.offset_e = draw.normal(0, draw.uniform(3, 8), shape)
         self.response = 1 + draw.normal(0, draw.uniform(0.006, 0.012), shape)
-        mean_dark_e_per_s = draw.uniform(800, 4000)
+        self.dark_e_per_s = draw.uniform(800, 4000)
         self.columns = draw.normal(0, 1, WIDTH)
         self.waves = ndimage.gaussian_filter(draw.normal(size=shape), 12, mode="wrap")
         self.waves /= self.waves.std()
         self.chance, self.other_chance = draw.uniform(size=(2, *shape))
-        leaks = np.random.default_rng(7).normal(1, self.dark_spread, shape)
-        self.dark_e_per_s = mean_dark_e_per_s * np.maximum(leaks, 0)
 
 
 SITES = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -404,9 +401,6 @@ def main() -> None:
     words.add_argument(
         "--paths", type=int, help="light paths a pixel; the light is then named and not given"
     )
-    words.add_argument(
-        "--dark-spread", type=float, default=0.0, help="of dark current over photosites, relative"
-    )
     given = words.parse_args()
     given.out.mkdir(parents=True)
     lamps = ("fluorescent", "incandescent")
@@ -414,8 +408,7 @@ def main() -> None:
     more = {"samples": given.paths, "seed": given.seed} if given.paths else {}
     images = camtruth.render(scene, lamps, **more)
     body = [given.seed, *given.fault.encode()]
-    draw = np.random.default_rng(body)
-    camera = Camera(k=given.strength, draw=draw, cfa=given.cfa, dark_spread=given.dark_spread)
+    camera = Camera(k=given.strength, draw=np.random.default_rng(body), cfa=given.cfa)
     text = ['format = "camtruth-capture/1"', 'camera = "another"', 'pixels = "rgb8"', "bits = 8",
             f'cfa = "{given.cfa}"']  # fmt: skip
     text += ['scene = "chart"'] * bool(given.paths)
