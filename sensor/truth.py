@@ -81,8 +81,9 @@ def realised(
 ) -> dict[str, dict[str, float]]:
     """The noise parameters of this very camera body; see `population`."""
     table = population(camera, longest_exposure_s)
+    dark_e = _dark_pattern_e(camera, longest_exposure_s)
     for figures in table.values():
-        figures["dsnu"] = _dark_pattern_e(camera, longest_exposure_s) * figures["gain"]
+        figures["dsnu"] = dark_e * figures["gain"]  # and the fixed offsets, once both are known
     own = ((Fpn, ("fpn",)), (Prnu, ("prnu", "prnu_slope")), (DarkShot, ("dsnu",)))
     for kind, keys in own:
         effect: Effect | None = camera.get(kind)

@@ -21,9 +21,10 @@ from sensor.effects.prnu import Prnu
 from sensor.effects.quantization import Quantization
 from sensor.effects.read_noise import ReadNoise
 from sensor.errors import CameraError
-from sensor.protocol import Shot
+from sensor.protocol import Protocol, Shot
 from sensor.signal import Quantity
 from sensor.simulation import pixels_of, simulate, stream_of
+from sensor.truth import population, realised
 from tests.harness import assert_agree, variance_error
 
 BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
@@ -170,6 +171,21 @@ def test_a_demosaicer_in_whole_numbers_rounds_twice(where: str, arithmetic: int)
     assert np.array_equal(red[::2, ::2], whole[::2, ::2])
     for other in {0, 1, 2, 3} - {arithmetic}:
         assert not np.array_equal(red, frame(other)[..., 0])
+
+
+def test_the_truth_of_dsnu_has_both_patterns_at_the_longest_exposure() -> None:
+    """hypot of offsets and of spread x t: of the make exactly, of this body as its frames are."""
+    cam = camera(
+        Fpn(sigma_e=30), DarkShot(current_e_per_s=9000.0, spread_e_per_s=1000.0), body_seed=5
+    )
+    assert population(cam, 0.04)["G"]["dsnu"] == pytest.approx(GAIN * 50.0)
+    assert population(cam, 0.0)["G"]["dsnu"] == pytest.approx(GAIN * 30.0)
+    frame = dn(cam, shot=dataclasses.replace(dark_shot(), exposure_s=0.04, frames=1))[0]
+    own = realised(cam, 0.04, Protocol(name="one", shot=(dark_shot(),)), backend())
+    greens = frame[cam.format.colour_index == 1]
+    # the two patterns are independent: their product has the deviation 2 x 30 x 40 / sqrt(n)
+    error = GAIN**2 * 2 * 30 * 40 / np.sqrt(greens.size)
+    assert_agree(greens.var(), own["G"]["dsnu"] ** 2, error)
 
 
 def test_a_converter_with_four_more_bits_leaves_sixteenths() -> None:

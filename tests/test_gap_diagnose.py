@@ -7,6 +7,7 @@ import functools
 import io
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from analysis.gap.diagnose import Diagnosis, calibrated, diagnose
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.hints import Told
 from analysis.gap.ready.room import lit_room
-from analysis.gap.ready.setting import look
+from analysis.gap.ready.setting import Setting, look
 from camtruth.report.gap import answer, page
 from render.rate import RateHeader, RateImage, rate_image
 from sensor.camera import Camera
@@ -249,22 +250,31 @@ def another_program(
     return np.array(frames, dtype=np.uint8)
 
 
-@pytest.mark.parametrize("whole", [True, False])
-def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
-    """It may count in whole numbers or in fractions, and its clamp may follow nothing: no gap, but
-    for a base camera that counts in another way."""
+LONG_DARK = Shot(label="long dark", exposure_s=0.2, frames=16)
+
+
+def of_another_program(*more: Shot, **how: Any) -> Setting:
+    """The short protocol and more shots by that camera, made ready."""
     stacks = tuple(
         Frames(
-            dn=another_program(light().rate_e_per_s, shot, whole=whole),
+            dn=another_program(light().rate_e_per_s, shot, **how),
             shot=shot,
             pixels="rgb8",
             bits=8,
             cfa="RGGB",
         )
-        for shot in (*PROTOCOL.shot, Shot(label="long dark", exposure_s=0.2, frames=16))
+        for shot in (*PROTOCOL.shot, *more)
     )
     setting = look(Capture(camera="another", frames=stacks), {"lamp": light()})
     assert setting is not None
+    return setting
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
+    """It may count in whole numbers or in fractions, and its clamp may follow nothing: no gap, but
+    for a base camera that counts in another way."""
+    setting = of_another_program(LONG_DARK, whole=whole)
     assert setting.arithmetic == (2 if whole else 0)
     found = measured(calibrated(setting, None), setting.seen).whole
     assert found.p_value > 1e-3, found
@@ -277,18 +287,7 @@ def test_dark_current_that_differs_between_photosites_is_part_of_the_base() -> N
     whose photosites are alike. The spread is known to 1.5 % by these frames, and calibration ends
     where no more than chance is left: within a tenth."""
     spread = 100.0
-    stacks = tuple(
-        Frames(
-            dn=another_program(light().rate_e_per_s, shot, whole=False, spread=spread),
-            shot=shot,
-            pixels="rgb8",
-            bits=8,
-            cfa="RGGB",
-        )
-        for shot in (*PROTOCOL.shot, Shot(label="long dark", exposure_s=0.2, frames=16))
-    )
-    setting = look(Capture(camera="another", frames=stacks), {"lamp": light()})
-    assert setting is not None
+    setting = of_another_program(LONG_DARK, whole=False, spread=spread)
     known = calibrated(setting, None)
     assert measured(known, setting.seen).whole.p_value > 1e-3
     assert np.sqrt(known.base.dark_spread2) == pytest.approx(spread, rel=0.1)
@@ -298,18 +297,7 @@ def test_dark_current_that_differs_between_photosites_is_part_of_the_base() -> N
 
 def test_a_white_balance_on_whole_codes_is_part_of_the_base() -> None:
     """Read from the comb it leaves, and matched; without it the base camera does not fit."""
-    stacks = tuple(
-        Frames(
-            dn=another_program(light().rate_e_per_s, shot, whole=True, gains=(1.2, 1.0, 0.85)),
-            shot=shot,
-            pixels="rgb8",
-            bits=8,
-            cfa="RGGB",
-        )
-        for shot in PROTOCOL.shot
-    )
-    setting = look(Capture(camera="another", frames=stacks), {"lamp": light()})
-    assert setting is not None
+    setting = of_another_program(whole=True, gains=(1.2, 1.0, 0.85))
     found = setting.white_balance
     assert found is not None
     assert (found.red_gain, found.blue_gain, found.about_black) == (1.2, 0.85, 0.0)

@@ -15,8 +15,10 @@ from analysis.gap.camera.base import Base
 from analysis.gap.look.observe import IMAGE, Key
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
+from analysis.gap.measure.signature import starts
 from analysis.gap.report import NO_GAP, GapReport
-from analysis.gap.verdict import conclude
+from analysis.gap.suspects.beginnings import every_choice
+from analysis.gap.verdict import conclude, follow
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
@@ -31,6 +33,9 @@ from analysis.gap.verdict.verdict import (
     verdict,
 )
 from sensor.catalogue import catalogue
+from sensor.effects.chroma_subsampling import ChromaSubsampling
+from sensor.effects.dropped_frames import DroppedFrames
+from sensor.effects.lamp_drift import LampDrift
 
 BASE = Base(
     channels=("Y",),
@@ -112,6 +117,63 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-90)) == ("codes",)
     assert spoilt(far(57.0, 0.0), far(7.7, 1e-90)) == ()
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
+
+
+@pytest.mark.parametrize(
+    ("score", "left", "p_value", "tried"),
+    [
+        (3000.0, 0.8, 0.0, True),  # more than an error of the first one's model
+        (500.0, 0.1, 1e-9, True),  # much less, but little is left that it may close
+        (500.0, 0.8, 0.0, False),  # nor can it close this much
+        (500.0, 0.0, 0.5, False),  # nor is there anything to close
+        (50.0, 0.1, 1e-9, False),  # and a weak one closes nothing
+    ],
+)
+def test_which_later_effect_is_tried(
+    score: float, left: float, p_value: float, tried: bool
+) -> None:
+    """Beside a first one of 100,000, of which a model that is right to a tenth leaves a hundredth."""
+    first = candidate("jpeg", 100_000.0)
+    now: Any = SimpleNamespace(
+        whole=SimpleNamespace(p_value=p_value), held=SimpleNamespace(total=left)
+    )
+    assert follow._deserves(candidate("hot_pixels", score), first, now) is tried
+    absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
+    assert not follow._deserves(absorbed, first, now)
+
+
+@pytest.mark.parametrize(
+    ("score", "after", "ends", "kept"),
+    [(3000.0, 0.16, False, True), (500.0, 0.02, False, True), (500.0, 0.1, False, False),
+     (500.0, 0.1, True, True)],
+)  # fmt: skip
+def test_which_later_effect_keeps_its_place(
+    score: float, after: float, ends: bool, kept: bool
+) -> None:
+    """A large one; a small one that closes four fifths of G = 0.17, or leaves nothing significant."""
+    first = candidate("jpeg", 100_000.0)
+    now: Any = SimpleNamespace(held=SimpleNamespace(total=0.17))
+    step: Any = SimpleNamespace(
+        choice=SimpleNamespace(best=candidate("hot_pixels", score)),
+        left=SimpleNamespace(held=SimpleNamespace(total=after)),
+        ends=ends,
+    )
+    assert follow._earned(step, now, first) is kept
+
+
+def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
+    chosen = every_choice(ChromaSubsampling(mode=2, whole_codes=0))
+    assert len(chosen) == len(set(chosen)) == 8
+    assert {(c.mode, c.whole_codes, c.of_whole_codes) for c in chosen} == {
+        (m, w, o) for m in (1.0, 2.0) for w in (0.0, 1.0) for o in (0.0, 1.0)
+    }
+    assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
+
+
+def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:
+    """Wander has no sign and trend has: with the wrong one no amount has both."""
+    changes = [effect.change for effect in starts(LampDrift)]
+    assert min(changes) < 0 < max(changes)
 
 
 def test_a_name_has_no_rival_in_one_that_is_named_with_it() -> None:

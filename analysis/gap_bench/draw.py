@@ -49,6 +49,8 @@ INTERVAL_S = 0.0667
 
 
 ARITHMETICS = 4
+UNEVEN = (0.0, 0.2)
+"""Spread of dark current over the photosites, relative to its mean."""
 
 
 def middle(height: int, width: int) -> Camera:
@@ -69,6 +71,7 @@ def middle(height: int, width: int) -> Camera:
         brighter=float(np.mean(BRIGHTER)),
         shown=0.0,
         arithmetic=0,
+        uneven=0.0,
     )
 
 
@@ -95,6 +98,7 @@ def random_camera(number: int, height: int, width: int) -> Camera:
         brighter=even(*BRIGHTER),
         shown=even(0.0, 1.0),
         arithmetic=int(draw.integers(ARITHMETICS)),
+        uneven=even(*UNEVEN),
     )
 
 
@@ -111,6 +115,7 @@ def _camera(
     brighter: float,
     shown: float,
     arithmetic: int,
+    uneven: float,
 ) -> Camera:
     plain = dataclasses.replace(
         load(CAMERA).resized(height, width),
@@ -122,7 +127,11 @@ def _camera(
         Prnu(ratio=prnu),
         Fpn(sigma_e=fpn_dn / gain.G),
         ReadNoise(reset_e=0.0, other_e=0.0, thermal_e=read_dn / gain.G),
-        DarkShot(current_e_per_s=dark_e_per_s, shown_e_per_s=shown * dark_e_per_s),
+        DarkShot(
+            current_e_per_s=dark_e_per_s,
+            shown_e_per_s=shown * dark_e_per_s,
+            spread_e_per_s=uneven * dark_e_per_s,
+        ),
         Demosaic(arithmetic=float(arithmetic)),
     )
 

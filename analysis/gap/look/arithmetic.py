@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.lattices import Lattice, inner
+from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
 
 Whole = NDArray[np.int64]
 
@@ -57,7 +57,7 @@ def arithmetic_of(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -
         stacks: frames of some shots, (n, H, W, 3); others have no demosaicer to ask.
         lattices: where the measured samples are.
     """
-    if len(lattices) != 4 or any(dn.ndim != 4 for dn in stacks):
+    if not of_a_mosaic(lattices) or any(dn.ndim != 4 for dn in stacks):
         return IN_FRACTIONS
     pairs = [_means_of_two(inner(dn[:1])[0], one) for dn in stacks for one in lattices
              if one.channel != "G"]  # fmt: skip

@@ -57,6 +57,13 @@ class Lattice:
         return plane[:, self.dy : h : self.step, self.dx : w : self.step]
 
 
+def of_a_mosaic(lattices: Sequence[Lattice]) -> bool:
+    """Whether each pixel is known to have measured one colour: four sites, not one of grey or three
+    whole channels.
+    """
+    return len(lattices) == len(SITES)
+
+
 def channels_of(lattices: Sequence[Lattice]) -> tuple[str, ...]:
     """The colours of lattices, red first whatever the mosaic begins with; "Y" of a grey camera."""
     return tuple(sorted({lattice.channel for lattice in lattices}, key="RGBY".index))

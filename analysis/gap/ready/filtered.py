@@ -25,7 +25,7 @@ from scipy.optimize import least_squares
 
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.camera.base import Base
-from analysis.gap.look.lattices import Lattice
+from analysis.gap.look.lattices import Lattice, of_a_mosaic
 from analysis.gap.look.statistics.group import lagged
 from analysis.gap.ready.hints import HINT_FRAMES, Told
 from analysis.gap.ready.moments import by_moments
@@ -39,9 +39,6 @@ LEAST_CORRELATION = 0.02
 
 ALIKE = 2.0
 """Factor by which correlations of both directions and of all levels differ at most."""
-
-MOSAIC = 4
-"""Lattices of a colour image whose mosaic is known."""
 
 LINEAR_DN = 64.0
 """Threshold of a filter that mixes whatever it meets."""
@@ -60,7 +57,7 @@ def filtered(setting: Setting) -> Told | None:
     lattices = setting.scenery.view.lattices
     lit = [stack for stack in setting.key_frames if not stack.shot.dark]
     coloured = setting.scenery.body.pixels == "rgb8"
-    if not lit or (coloured and len(lattices) != MOSAIC):
+    if not lit or (coloured and not of_a_mosaic(lattices)):
         return None  # where nobody knows what was measured, filled-in colours agree anyway
     found = np.array([correlations(stack, lattices) for stack in lit])
     straight = found[:, :2]

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
-from analysis.gap.look.lattices import Lattice, inner
+from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
 from analysis.gap.ready.hints import HINT_FRAMES, Told
 from sensor.colours import Colours
 from sensor.effects.color_matrix import ColorMatrix
@@ -41,8 +41,6 @@ one colour in another: less says that it was a matrix. Noise that rows share mad
 NOTHING = 0.003
 """Part of one colour in another that is none: no search begins with it."""
 
-MOSAIC = 4
-
 
 def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
     """The parts of a matrix; None where noise does not say that there is one.
@@ -51,7 +49,7 @@ def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
         stacks: frames of the key shots.
         lattices: where each colour was measured.
     """
-    if len(lattices) != MOSAIC or any(stack.dn.ndim != 4 for stack in stacks):
+    if not of_a_mosaic(lattices) or any(stack.dn.ndim != 4 for stack in stacks):
         return None
     halves = [covariances(stacks, lattices, half) for half in (0, 1)]
     whole = {name: halves[0][name] + halves[1][name] for name in halves[0]}

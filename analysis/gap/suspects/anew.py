@@ -98,10 +98,12 @@ def anew(
         """Where to begin, the likeliest first."""
         coloured = "G" in base.channels
         even = channels_alike(base) if coloured else base
-        if not start and effect.stage is Stage.TRANSPORT:
-            loud = louder(even)
-            tried = (against(loud, one) for one in (every_choice(effect) if tuned else [effect]))
-            yield loud, min(tried, key=lambda one: one.misfit).effects[-1]
+        chosen = every_choice(effect) if tuned else [effect]
+        sent = effect.stage is Stage.TRANSPORT and len(chosen) > 1
+        if not start and (sent or not tuned):
+            tried = [against(louder(even), one) for one in chosen]
+            likely = min(tried, key=lambda one: one.misfit)
+            yield likely.base, likely.effects[-1]
         if not coloured:
             yield from from_where_it_is()
             return

@@ -138,9 +138,9 @@ effect has not quite its strength."""
 
 
 LINGERS = 0.1
-"""Part of the gap of the family that was most off. Whoever has the cause leaves less of it: of 15
-right names beside which something was left 12 left 6 % of it at most, and three more than a tenth;
-of 5 wrong names four did."""
+"""Part of the gap of the family that was most off. Whoever has the cause leaves less of it: where
+this was tuned 12 of 15 right names beside which something was left had 6 % of it or less, and three
+more than a tenth; of 5 wrong names four had."""
 
 
 def against(before: Measured, after: Measured) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.lattices import Lattice
+from analysis.gap.look.lattices import Lattice, of_a_mosaic
 from analysis.gap.look.statistics.group import Figures, Floats, lagged, safe_ratio
 
 MOST_ROWS = 240
@@ -35,7 +35,7 @@ def interpolation(dn: NDArray[Any], lattices: tuple[Lattice, ...]) -> Figures:
     if not colour:
         return found
     noise = [_less(one, other) for one, other in zip(first, second, strict=True)]
-    if len(lattices) == 4:
+    if of_a_mosaic(lattices):
         found |= _against_bilinear(first, noise, lattices)
     width = green.shape[1]
     for name, k in (("R", 0), ("B", 2)):
