@@ -132,7 +132,7 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
 def test_which_later_effect_is_tried(
     score: float, left: float, p_value: float, tried: bool
 ) -> None:
-    """Beside a first one of 100,000, of which a model that is right to a tenth leaves a hundredth."""
+    """Beside a first one of 100,000, of which a model right to a tenth leaves a hundredth."""
     first = candidate("jpeg", 100_000.0)
     now: Any = SimpleNamespace(
         whole=SimpleNamespace(p_value=p_value), held=SimpleNamespace(total=left)
@@ -150,7 +150,7 @@ def test_which_later_effect_is_tried(
 def test_which_later_effect_keeps_its_place(
     score: float, after: float, ends: bool, kept: bool
 ) -> None:
-    """A large one; a small one that closes four fifths of G = 0.17, or leaves nothing significant."""
+    """A large one; a small one that closes four fifths of G = 0.17, or leaves nothing sure."""
     first = candidate("jpeg", 100_000.0)
     now: Any = SimpleNamespace(held=SimpleNamespace(total=0.17))
     step: Any = SimpleNamespace(
