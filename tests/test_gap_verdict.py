@@ -18,8 +18,9 @@ from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.signature import starts
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.suspects.beginnings import every_choice
-from analysis.gap.verdict import conclude, follow
+from analysis.gap.verdict import conclude
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
+from analysis.gap.verdict.later import deserves, earned
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
@@ -137,20 +138,20 @@ def test_which_later_effect_is_tried(
     now: Any = SimpleNamespace(
         whole=SimpleNamespace(p_value=p_value), held=SimpleNamespace(total=left)
     )
-    assert follow._deserves(candidate("hot_pixels", score), first, now) is tried
+    assert deserves(candidate("hot_pixels", score), first, now) is tried
     absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
-    assert not follow._deserves(absorbed, first, now)
+    assert not deserves(absorbed, first, now)
 
 
 @pytest.mark.parametrize(
     ("score", "after", "ends", "kept"),
-    [(3000.0, 0.16, False, True), (500.0, 0.02, False, True), (500.0, 0.1, False, False),
-     (500.0, 0.1, True, True)],
+    [(3000.0, 0.15, False, True), (3000.0, 0.16, False, False), (500.0, 0.02, False, True),
+     (500.0, 0.1, False, False), (500.0, 0.1, True, True)],
 )  # fmt: skip
 def test_which_later_effect_keeps_its_place(
     score: float, after: float, ends: bool, kept: bool
 ) -> None:
-    """A large one; a small one that closes four fifths of G = 0.17, or leaves nothing sure."""
+    """A large one that closes a tenth of G = 0.17; a small one, four fifths or all that is sure."""
     first = candidate("jpeg", 100_000.0)
     now: Any = SimpleNamespace(held=SimpleNamespace(total=0.17))
     step: Any = SimpleNamespace(
@@ -158,7 +159,7 @@ def test_which_later_effect_keeps_its_place(
         left=SimpleNamespace(held=SimpleNamespace(total=after)),
         ends=ends,
     )
-    assert follow._earned(step, now, first) is kept
+    assert earned(step, now, first) is kept
 
 
 def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:

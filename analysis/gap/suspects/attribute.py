@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -63,57 +63,82 @@ def attribute(
     """
     keys = case.fitting.turned.space.keys
     first = _best_of_each(_held(case, one.on(keys)) for one in shown)
-    at_strength = []
     # beside another effect the frames' own word is one among others
     evident = [
         e for e in first if e.name in told and (not case.known.effects or e.score > WORTH_A_LOOK)
     ]
-    possible = [e for e in first if e not in evident and not too_much(e)]
-    worth_it = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in possible), default=0.0))
-    for found in possible[:ADAPTED]:
-        if found.score > worth_it:
-            watch(found.name)
-            at_strength.append(adapted(case, found))
-    at_strength.sort(key=lambda one: -one.clearest.score)
-    likely = [a for a in at_strength if a.clearest.score > NEAR * at_strength[0].clearest.score]
-    candidates: list[Candidate] = []
+    at_strength = _at_strength(case, [e for e in first if e not in evident], watch)
+    by_word = []
     for found in evident:
         watch(found.name)
-        candidates.append(anew(case, _as_it_is(case, found), found.effect, told[found.name]))
+        by_word.append(anew(case, _as_it_is(case, found), found.effect, told[found.name]))
+    by_search = _pursued(case, at_strength, by_word, watch)
+    by_following = judged(case, [*by_word, *by_search], _unexplained(case))
+    as_adapted = [_as_adapted(case, a) for a in at_strength]
+    as_they_are = [_as_it_is(case, e) for e in first]
+    # of a suspect that was followed that is what counts
+    unique = {c.name: c for c in reversed([*by_following, *as_adapted, *as_they_are])}
+    return sorted(unique.values(), key=lambda c: -c.score)
+
+
+def _at_strength(
+    case: Case, possible: Sequence[Evidence], watch: Callable[[str], None]
+) -> list[Adapted]:
+    """Those worth a look at the strength that fits, best first."""
+    likely = [e for e in possible if not too_much(e)]
+    worth_it = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in likely), default=0.0))
+    found = []
+    for one in likely[:ADAPTED]:
+        if one.score > worth_it:
+            watch(one.name)
+            found.append(adapted(case, one))
+    return sorted(found, key=lambda one: -one.clearest.score)
+
+
+def _pursued(
+    case: Case,
+    at_strength: Sequence[Adapted],
+    by_word: Sequence[Candidate],
+    watch: Callable[[str], None],
+) -> list[Candidate]:
+    """The finalists, each followed; where none fits, those that lead are calibrated anew.
+
+    Args:
+        case: the capture.
+        at_strength: suspects, best first.
+        by_word: those of which the frames tell, calibrated with them.
+        watch: told whose turn it is.
+    """
     # what frames seem to tell may be another effect's doing, so the likeliest are followed as well
-    least = LIKELIEST if all(c.misfit > MISFIT for c in candidates) else 0
-    finalists = likely[: max(FINALISTS - len(evident), least)]
+    least = LIKELIEST if all(c.misfit > MISFIT for c in by_word) else 0
+    likely = [a for a in at_strength if a.clearest.score > NEAR * at_strength[0].clearest.score]
+    finalists = likely[: max(FINALISTS - len(by_word), least)]
+    found = []
     for one in finalists:
         watch(one.nearest.name)
-        candidates.append(followed(case, one))
-    expected = float(case.fitting.spread.expected.sum())
-    without = float(np.square(case.fit_left).sum()) / expected
-    most = max((c.score for c in candidates[len(evident) :]), default=0.0)
-    for place, one in enumerate(finalists, start=len(evident)):
-        found = one.clearest
-        # the strongest effect is the first, and calibration has known it since
-        if case.known.effects or any(c.misfit <= MISFIT for c in candidates):
+        found.append(followed(case, one))
+    without = 1.0 + _unexplained(case) / float(case.fitting.spread.expected.sum())
+    # the strongest effect is the first, and calibration has known it since; and who leaves so
+    # little is the cause, or its model is not quite right
+    if case.known.effects or any(c.misfit < NEARLY_ALL_OF_IT * without for c in by_word):
+        return found
+    most = max((c.score for c in found), default=0.0)
+    for place, one in enumerate(finalists):
+        if any(c.misfit <= MISFIT for c in [*by_word, *found]):
             break
-        # who leaves so little is the cause, or its model is not quite right
-        if any(c.misfit < NEARLY_ALL_OF_IT * without for c in candidates[: len(evident)]):
-            break
-        far = candidates[place].misfit > FAR_WORSE * without
+        pursued = found[place]
         # a pursuit may lead nowhere, and it may lead past the one that looked best before
-        rival = (
-            found.score > RIVAL * likely[0].clearest.score or candidates[place].score > RIVAL * most
-        )
-        if rival and not far:
-            watch(found.name)
-            candidates[place] = anew(case, candidates[place], one.nearest.effect)
-    # calibrated with its own suspect, a camera's errors may be others: scores say little of that
-    unexplained = expected * (without - 1.0)
-    candidates = judged(case, candidates, unexplained)
-    done = {c.name for c in candidates}
-    candidates += [_as_adapted(case, a) for a in at_strength if a.effect.name not in done]
-    done = {c.name for c in candidates}
-    candidates += [_as_it_is(case, e) for e in first if e.name not in done]
-    unique = {c.name: c for c in reversed(candidates)}
-    return sorted(unique.values(), key=lambda c: -c.score)
+        leads = one.clearest.score > RIVAL * finalists[0].clearest.score
+        rival = leads or pursued.score > RIVAL * most
+        if rival and pursued.misfit <= FAR_WORSE * without:
+            watch(one.nearest.name)
+            found[place] = anew(case, pursued, one.nearest.effect)
+    return found
+
+
+def _unexplained(case: Case) -> float:
+    """Chi-squared beyond what is expected."""
+    return float(np.square(case.fit_left).sum() - case.fitting.spread.expected.sum())
 
 
 def at_first_sight(case: Case, shown: Iterable[Signature]) -> Candidate | None:

@@ -1,0 +1,133 @@
+"""The model with a suspect added, and whether that is its own doing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from analysis.gap.calibrate.fit import Fit, around
+from analysis.gap.calibrate.refine import counted, refine, refined
+from analysis.gap.measure.case import Candidate
+from analysis.gap.measure.measured import Measured, measured
+from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.suspects.anew import ANEW_STEPS
+from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts
+from analysis.gap.verdict.verdict import LEAST_SCORE, SIGNIFICANCE, Choice
+
+Watch = Callable[[str], None]
+
+SECOND_LOOK = 0.2
+"""Part of the best score from which another suspect is tried where the best leaves something: one
+effect that closes the gap alone is likelier than two that do it together."""
+
+MOST_RIVALS = 2
+
+NEARLY_CLOSED = 1e-3
+"""What a rival may leave where the best leaves something beyond doubt."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Step:
+    """An effect that was added: what is said of it, the model with it, and what that leaves;
+    `ends` where nothing more is to be added.
+    """
+
+    choice: Choice
+    model: Fit
+    left: Measured
+    ends: bool
+
+
+def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
+    """The step that the best suspect makes, whatever it leaves.
+
+    Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
+
+    Args:
+        setting: the capture.
+        model: the camera without the suspect.
+        choice: the suspect.
+        watch: told what is being done.
+    """
+    found = choice.best
+    watch(f"confirming {found.name}")
+    effects = (*model.effects, found.effect)
+    step = _step(setting, choice, found.model or around(found.base, setting.scenery, effects))
+    if step.ends:
+        return step
+    fit_half, _ = halves(setting.seen)
+    now = refined(found.base, fit_half, setting.scenery, effects)
+    base = counted(now, fit_half, setting.scenery, enough=0.0)
+    if base is now.base:
+        return step
+    again = refine(base, fit_half, setting.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+    recounted = _step(setting, choice, around(again.base, setting.scenery, again.effects))
+    return recounted if recounted.left.held.total < step.left.held.total else step
+
+
+def alone(setting: Setting, known: Fit, step: Step) -> Step:
+    """The same without the effects that were added before the last one, calibrated anew.
+
+    Args:
+        setting: the capture.
+        known: the camera before any effect was added.
+        step: by which the effect was added to others.
+    """
+    last = step.model.effects[-1]
+    effects = (*known.effects, last)
+    fit_half, _ = halves(setting.seen)
+    found = refine(
+        step.model.base, fit_half, setting.scenery, effects, steps=ANEW_STEPS, tuned=last.name
+    )
+    return _step(setting, step.choice, around(found.base, setting.scenery, found.effects))
+
+
+def first_step(
+    setting: Setting,
+    model: Fit,
+    now: Measured,
+    candidates: Sequence[Candidate],
+    choice: Choice,
+    watch: Watch,
+) -> Step | None:
+    """The step that the best suspect makes, or one of its rivals; None where none may be made.
+
+    Args:
+        setting: the capture.
+        model, now: the base camera, and the capture against it.
+        candidates: the suspects, best first.
+        choice: the best of them.
+        watch: told what is being done.
+    """
+    step = with_it(setting, model, choice, watch)
+    by_width = closes_by_width(step, now)
+    if step.ends and not by_width:
+        return step
+    # where the best is wrong beyond doubt, a rival may leave a little
+    enough = NEARLY_CLOSED if by_width or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
+    for other in _rivals(candidates):
+        instead = with_it(setting, model, choice.instead(other), watch)
+        if instead.left.whole.p_value >= enough and not closes_by_width(instead, now):
+            return Step(choice=instead.choice, model=instead.model, left=instead.left, ends=True)
+    return None if by_width else step
+
+
+def closes_by_width(step: Step, now: Measured) -> bool:
+    """Whether a gap is closed by the width that an effect gives to all that is expected.
+
+    Args:
+        step: by which the effect was added.
+        now: the capture against the model without it.
+    """
+    return step.left.held.total < TOO_WIDE or not accounts(step.choice.best, now, step.left)
+
+
+def _step(setting: Setting, choice: Choice, model: Fit) -> Step:
+    left = measured(model, setting.seen)
+    return Step(choice=choice, model=model, left=left, ends=left.whole.p_value >= SIGNIFICANCE)
+
+
+def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Suspects behind the best that are worth a second look."""
+    least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
+    return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]

@@ -1,0 +1,76 @@
+"""When an effect may stand beside one that was added before.
+
+What is left of a gap is easily blamed: a model that is right to a tenth leaves a hundredth of
+chi-squared to whoever comes next. So a later effect is more than such a remainder, or it closes
+most of the little that there is.
+"""
+
+from __future__ import annotations
+
+from analysis.gap.measure.case import Candidate
+from analysis.gap.measure.measured import Measured
+from analysis.gap.verdict.closing import closed
+from analysis.gap.verdict.conclude import TELLS_LITTLE
+from analysis.gap.verdict.confirm import Step
+from analysis.gap.verdict.verdict import EQUIVALENT, LEAST_SHRINK, SIGNIFICANCE, WEAK
+
+LEAST_OF_A_LATER = 25.0
+"""Score of an effect that is added to another one."""
+
+PART_OF_THE_FIRST = 0.02
+"""The same, as a part of the first one's score."""
+
+LITTLE_IS_LEFT = 0.25
+"""G that one effect may close which is much less than the first."""
+
+CLOSES_LITTLE = 0.9
+"""Part of the gap that a later effect must not leave."""
+
+
+def stands_beside(later: Candidate, first: Candidate) -> bool:
+    """Whether an effect is more than what an error of another one's model leaves.
+
+    Args:
+        later, first: the effects.
+    """
+    return later.score > max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
+
+
+def deserves(later: Candidate, first: Candidate, now: Measured) -> bool:
+    """Whether an effect is to be tried beside another one.
+
+    One that is much less than the first is tried where little is left.
+
+    Args:
+        later, first: the effects.
+        now: the capture against the model with the first.
+    """
+    little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
+    tried = (little and later.score > WEAK) or stands_beside(later, first)
+    return tried and later.absorbed < EQUIVALENT
+
+
+def earned(step: Step, now: Measured, first: Candidate) -> bool:
+    """Whether a later effect keeps its place: a large one if it closes something, another if it
+    closes most of what the first one leaves.
+
+    Args:
+        step: by which it was added.
+        now: the capture against the model without it.
+        first: the first effect.
+    """
+    gap, left = now.held.total, step.left.held.total
+    if gap > TELLS_LITTLE and left > CLOSES_LITTLE * gap:
+        return False
+    most = closed(gap, left) >= LEAST_SHRINK
+    return step.ends or most or stands_beside(step.choice.best, first)
+
+
+def no_worse(alone: Measured, both: Measured) -> bool:
+    """Whether a later effect by itself leaves hardly more than it does with those before it.
+
+    Args:
+        alone, both: the capture against the model with the later one, and with all.
+    """
+    more = alone.held.total - both.held.total
+    return more * float(alone.rod.spread.expected.sum()) < LEAST_OF_A_LATER
