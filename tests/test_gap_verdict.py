@@ -18,7 +18,8 @@ from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.signature import starts
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.suspects.beginnings import every_choice
-from analysis.gap.verdict import conclude
+from analysis.gap.verdict import strength as strength_of
+from analysis.gap.verdict import trail, trust
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
 from analysis.gap.verdict.later import deserves, earned
 from analysis.gap.verdict.verdict import (
@@ -191,12 +192,12 @@ def test_a_name_has_no_rival_in_one_that_is_named_with_it() -> None:
     assert later is not None
 
     def beside(*choices: Choice) -> float:
-        return conclude.beside(first, choices)
+        return trust.beside(first, choices)
 
     assert beside(first) == pytest.approx(0.52)
     assert beside(first, later) == pytest.approx(0.52 / 0.6)
     certain = dataclasses.replace(first, probability=0.9)
-    assert conclude.beside(certain, (certain, later)) == 1.0
+    assert trust.beside(certain, (certain, later)) == 1.0
 
 
 def test_what_lingers_where_most_was_off_is_told() -> None:
@@ -307,7 +308,7 @@ def test_a_last_step_does_not_take_an_effect_away(value: float, by: float, expec
         p for p in catalogue()["black_level_offset"].parameters() if p.name == "offset_e"
     )
     assert strength.identity == 0
-    assert conclude.last_step(strength, value, by) == expected
+    assert strength_of.last_step(strength, value, by) == expected
 
 
 def test_every_confusion_names_effects_that_exist() -> None:
@@ -334,15 +335,15 @@ def test_what_whole_codes_tell_stands_whatever_else_is_left(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A family as it was speaks against a fitted effect, and not against bits that are empty."""
-    monkeypatch.setattr(conclude, "untouched", lambda before, after: ("tails",))
+    monkeypatch.setattr(trail, "untouched", lambda before, after: ("tails",))
     lost, left = catalogue()["bit_truncation"](), catalogue()["vibration"]()
 
     def of(*effects: Any) -> Any:
         return SimpleNamespace(models=[SimpleNamespace(effects=effects)], measured=[None, None])
 
-    assert conclude.elsewhere(of(left), {"bit_truncation"})
-    assert conclude.elsewhere(of(lost), set())
-    assert not conclude.elsewhere(of(lost), {"bit_truncation"})
+    assert trail.elsewhere(of(left), {"bit_truncation"})
+    assert trail.elsewhere(of(lost), set())
+    assert not trail.elsewhere(of(lost), {"bit_truncation"})
 
 
 def against(spread: float, seen: np.ndarray, gap: float, family: str, p_value: float = 0.0) -> Any:
@@ -404,10 +405,10 @@ def test_no_strength_is_known_better_than_its_effect(power: float) -> None:
     around_0 = next(p for p in catalogue()["gamma"].parameters() if p.name == "exponent")
     value = around_0.identity + strength
     of_strength = strength / (power * z)
-    assert conclude.least_error(around_0, value, z**2) <= of_strength * (1 + 1e-12)
-    less = conclude.least_error(around_0, around_0.identity - strength, z**2)
+    assert strength_of.least_error(around_0, value, z**2) <= of_strength * (1 + 1e-12)
+    less = strength_of.least_error(around_0, around_0.identity - strength, z**2)
     assert less == pytest.approx(strength / (2 * z))
-    assert conclude.least_error(around_0, value, 0.0) == pytest.approx(strength / 2)
+    assert strength_of.least_error(around_0, value, 0.0) == pytest.approx(strength / 2)
 
 
 def test_a_full_well_is_known_in_octaves() -> None:
@@ -415,7 +416,7 @@ def test_a_full_well_is_known_in_octaves() -> None:
     octaves below that it lies, and a part of those is a factor of the value."""
     full_well = next(p for p in catalogue()["blooming"].parameters() if p.name == "full_well_e")
     value, z = 5000.0, 100.0
-    error = conclude.least_error(full_well, value, z**2)
+    error = strength_of.least_error(full_well, value, z**2)
     octaves = np.log2(full_well.identity / value)
     assert np.log2((value + error) / value) == pytest.approx(octaves / (2 * z), rel=0.05)
 

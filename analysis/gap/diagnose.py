@@ -16,9 +16,10 @@ from analysis.gap.calibrate.refine import Refined, counted, refine
 from analysis.gap.camera.base import camera_of
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
-from analysis.gap.verdict.conclude import TOO_FEW, Trail, conclude, insufficient
+from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
 from analysis.gap.verdict.confirm import Watch
 from analysis.gap.verdict.follow import follow
+from analysis.gap.verdict.trail import Trail
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue

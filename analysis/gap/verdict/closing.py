@@ -27,6 +27,9 @@ LEAST_PART = 0.12
 """Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
 every body makes every expectation wide, and would close any gap of the picture by that alone."""
 
+TELLS_LITTLE = 0.1
+"""G below which the part of it that is closed says nothing of who closed it."""
+
 CERTAIN = 1e-20
 """Chance of a family below which it is beyond doubt that something is wrong with it."""
 

@@ -15,9 +15,9 @@ from analysis.gap.suspects.attribute import at_first_sight, attribute
 from analysis.gap.suspects.first_look import closer, shows
 from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
 from analysis.gap.verdict.closing import untouched
-from analysis.gap.verdict.conclude import Trail
 from analysis.gap.verdict.confirm import Step, Watch, alone, closes_by_width, first_step, with_it
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, no_worse
+from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best
 from sensor.effect import Effect
 

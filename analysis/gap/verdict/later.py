@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
-from analysis.gap.verdict.closing import closed
-from analysis.gap.verdict.conclude import TELLS_LITTLE
+from analysis.gap.verdict.closing import TELLS_LITTLE, closed
 from analysis.gap.verdict.confirm import Step
 from analysis.gap.verdict.verdict import EQUIVALENT, LEAST_SHRINK, SIGNIFICANCE, WEAK
 

@@ -1,0 +1,62 @@
+"""A fitted parameter as it is reported: after the last step of the fit, and with what error."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.gap.calibrate.fit import Fit
+from analysis.gap.camera.handles import Handle
+from analysis.gap.measure.measured import Measured
+from analysis.gap.report import Figure
+from sensor.colours import CHANNELS, Colours
+from sensor.effect import Effect, Parameter
+
+
+def figure_of(effect: Effect, p: Parameter, model: Fit, after: Measured, score: float) -> Figure:
+    """A parameter after the last step of the fit, with a standard error where it was fitted.
+
+    Args:
+        effect, p: the effect and its parameter.
+        model, after: the camera with it, and the capture against that.
+        score: of the effect.
+    """
+    own = getattr(effect, p.name)
+    value = Colours.of(own).G
+    channel = CHANNELS.index("G") if isinstance(own, Colours) else None
+    handle = Handle(effect=effect.name, parameter=p.name, channel=channel)
+    if handle not in model.ways.tuned:
+        return Figure(value=value, se=None, unit=p.unit)
+    place = len(model.ways.knobs) + model.ways.tuned.index(handle)
+    error = float(after.errors[place])
+    if not np.isfinite(error):
+        return Figure(value=value, se=None, unit=p.unit)
+    moved = last_step(p, value, float(after.amounts[place]))
+    if p.identity is not None:
+        error = max(error, least_error(p, moved, score))
+    return Figure(value=moved, se=error, unit=p.unit)
+
+
+def last_step(p: Parameter, value: float, by: float) -> float:
+    """A parameter after the last step of the fit, inside its range.
+
+    A strength is not moved to where the effect vanishes, or beyond: that there is one has been
+    shown, and a step that says otherwise only says how little it knows.
+    """
+    moved = p.clipped(value + by)
+    gone = p.identity is not None and (moved - p.identity) * (value - p.identity) <= 0
+    return value if gone else moved
+
+
+def least_error(p: Parameter, value: float, score: float) -> float:
+    """Standard error below which no strength is known whose effect is seen with such a score.
+
+    An effect that grows as the power r of its strength and is seen at z standard errors is known to
+    1 / (r z) of its strength, and none here grows faster than a square. A strength that counts in
+    octaves is the logarithm of a value.
+    """
+    assert p.identity is not None, "a strength has a value at which the effect vanishes"
+    if p.in_octaves and value > 0:
+        strength = value * float(np.log(value / p.identity))
+    else:
+        strength = value - p.identity
+    return abs(strength) / (2.0 * float(np.sqrt(max(score, 1.0))))
