@@ -145,6 +145,15 @@ LINGERS = 0.1
 this was tuned 12 of 15 right names beside which something was left had 6 % of it or less, and three
 more than a tenth; of 5 wrong names four had."""
 
+LINGERS_AT_LEAST = 3.0
+"""G of that family, whatever it was before: of a dozen more right names ten left less than half of
+this; roots of the codes, taken for a converter's steps, left 10 of 207."""
+
+MOST_LINGERS = 0.5
+HARDLY_CHANCE = 1e-6
+"""A gap near its floor is beyond doubt in no family. What keeps so much of the one that was most
+off, and not by chance, has not the cause either."""
+
 
 def against(before: Measured, after: Measured) -> tuple[str, ...]:
     """Families that speak against a model however small they are: untouched, or spoilt by it; and
@@ -168,8 +177,11 @@ def lingering(before: Distance, after: Distance) -> tuple[str, ...]:
         before, after: distances without and with the effects.
     """
     most = max(before.by_family, key=lambda name: before.by_family[name])
-    much = after.by_family.get(most, 0.0) > LINGERS * before.by_family[most]
-    return (most,) if much and after.p_by_family.get(most, 1.0) < CERTAIN else ()
+    was, left = before.by_family[most], after.by_family.get(most, 0.0)
+    chance = after.p_by_family.get(most, 1.0)
+    much = left > min(LINGERS * was, LINGERS_AT_LEAST) and chance < CERTAIN
+    hardly_less = left > MOST_LINGERS * was and chance < HARDLY_CHANCE
+    return (most,) if much or hardly_less else ()
 
 
 def spoilt(before: Distance, after: Distance) -> tuple[str, ...]:
