@@ -18,8 +18,8 @@ from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.signature import starts
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.suspects.beginnings import every_choice
+from analysis.gap.verdict import closing, trail, trust
 from analysis.gap.verdict import strength as strength_of
-from analysis.gap.verdict import trail, trust
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
 from analysis.gap.verdict.later import deserves, earned
 from analysis.gap.verdict.verdict import (
@@ -161,6 +161,19 @@ def test_which_later_effect_keeps_its_place(
         ends=ends,
     )
     assert earned(step, now, first) is kept
+
+
+@pytest.mark.parametrize(
+    ("gap", "left", "nothing"),
+    [(2.0, 0.05, True), (2.0, 0.2, False), (-0.03, -0.08, False), (0.05, 0.0, False)],
+)
+def test_near_the_floor_a_search_is_not_ended_by_the_total(
+    gap: float, left: float, nothing: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Less than a twentieth is left, of a gap of which a part means something."""
+    monkeypatch.setattr(closing, "untouched", lambda before, after: ())
+    before, after = (SimpleNamespace(held=SimpleNamespace(total=g)) for g in (gap, left))
+    assert closing.nothing_left(before, after) is nothing  # type: ignore[arg-type]
 
 
 def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:

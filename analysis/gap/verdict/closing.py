@@ -135,6 +135,23 @@ def left_as_they_were(
     )
 
 
+LITTLE = 0.05
+"""Part of the gap that is left to chance and to the model's own errors: no one else is blamed."""
+
+
+def nothing_left(before: Measured, after: Measured) -> bool:
+    """Whether so little of a gap is left, in every family, that nobody else is blamed for it.
+
+    Near the floor no part of a gap says anything, and chances do.
+
+    Args:
+        before, after: the capture against the models without and with the effects.
+    """
+    gap = before.held.total
+    little = gap > TELLS_LITTLE and after.held.total < LITTLE * gap
+    return little and not untouched(before, after)
+
+
 SPOILT = 3.0
 """By how much G of a family must rise for a model to have spoilt it; it rises by less where a right
 effect has not quite its strength."""

@@ -14,7 +14,7 @@ from analysis.gap.ready.setting import Setting
 from analysis.gap.suspects.attribute import at_first_sight, attribute
 from analysis.gap.suspects.first_look import closer, shows
 from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
-from analysis.gap.verdict.closing import untouched
+from analysis.gap.verdict.closing import nothing_left
 from analysis.gap.verdict.confirm import Step, Watch, alone, closes_by_width, first_step, with_it
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, no_worse
 from analysis.gap.verdict.trail import Trail
@@ -22,9 +22,6 @@ from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best
 from sensor.effect import Effect
 
 MOST_EFFECTS = 3
-
-LITTLE = 0.05
-"""Part of the gap that is left to chance and to the model's own errors: no one else is blamed."""
 
 
 def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: Watch) -> Trail:
@@ -143,12 +140,11 @@ def _further(
 
 
 def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> bool:
-    """Whether nothing more is looked for: what is left is chance, or little of every family, and no
-    suspect stands out all the same.
+    """Whether nothing more is looked for: nothing is left to explain, and no suspect stands out all
+    the same.
     """
     first, last = steps[0], steps[-1]
-    little = last.left.held.total < LITTLE * base.held.total
-    done = last.ends or (little and not untouched(base, last.left))
+    done = last.ends or nothing_left(base, last.left)
     return done and not _another(last, shown, first.choice.best)
 
 
