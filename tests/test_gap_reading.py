@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from analysis.gap.camera.handles import Handle, free_parameters, handles_of, moved, step_from
 from analysis.gap.look import jpeg_tables
+from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import exponent, histograms, white_balance
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
@@ -22,10 +23,12 @@ from analysis.gap.ready.full_well import full_well_e, level_of_full
 from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.frames import Frames
 from sensor.protocol import Shot
+from tests.effects_chain import applied
 
 SITES = tuple(
     Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
@@ -286,3 +289,30 @@ def test_a_strength_that_may_differ_by_colour_is_sought_in_each() -> None:
     ]
     twice = scaled(AmbientLight(rate_e_per_s=Colours(R=100.0, G=50.0, B=0.0)), 2.0)
     assert twice.rate_e_per_s == Colours(R=200.0, G=100.0, B=0.0)
+
+
+def sent(mode: int, taken: int = 0, drawn: int = 0, blur: float = 0.0) -> np.ndarray:
+    """A mosaic's noise, filled in and sent with one colour for several pixels, or blurred."""
+    codes = picture()
+    codes[..., 0] = (codes[..., 0] + np.roll(codes[..., 0], 1, axis=2)) / 2
+    if mode:
+        effect = ChromaSubsampling(mode=mode, whole_codes=0, taken=taken, drawn=drawn)
+        return applied(effect, codes).astype(np.uint8)
+    grey = codes.mean(axis=-1, keepdims=True)
+    colours = ndimage.gaussian_filter1d(codes - grey, blur, axis=2) if blur else codes - grey
+    return np.clip(np.round(grey + colours), 0, TOP_DN).astype(np.uint8)
+
+
+@pytest.mark.parametrize("mode", [1, 2])
+@pytest.mark.parametrize(("taken", "drawn"), [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)])
+def test_how_many_pixels_share_a_colour_is_read(mode: int, taken: int, drawn: int) -> None:
+    expected = {"mode": mode, "drawn": drawn} | ({"taken": min(taken, 1)} if drawn else {})
+    assert shared_colours([sent(mode, taken, drawn)]) == expected
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.7, 1.5, 3.0])
+def test_colours_that_are_blurred_are_not_shared(blur: float) -> None:
+    """Nor are those of few pixels, or none."""
+    assert shared_colours([sent(0, blur=blur)]) is None
+    assert shared_colours([sent(1)[:, :, :40]]) is None
+    assert shared_colours([sent(1)[..., 0], np.full((4, 64, 64, 3), 17, dtype=np.uint8)]) is None

@@ -182,6 +182,11 @@ def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
     assert {(c.mode, c.whole_codes, c.of_whole_codes) for c in chosen} == {
         (m, w, o) for m in (1.0, 2.0) for w in (0.0, 1.0) for o in (0.0, 1.0)
     }
+    told = every_choice(ChromaSubsampling(mode=1, drawn=1), {"mode": 1.0, "drawn": 1.0})
+    assert {(c.mode, c.drawn) for c in told} == {(1.0, 1.0)}
+    assert {(c.whole_codes, c.of_whole_codes, c.taken) for c in told} == {
+        (w, o, t) for w in (0.0, 1.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
+    }
     assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
 
 
@@ -235,6 +240,24 @@ def test_what_lingers_where_most_was_off_is_told() -> None:
     assert lingering(little, far(2.8, 0.4, 1e-13)) == ("codes",)
     assert lingering(little, far(1.8, 0.4, 1e-13)) == ()
     assert lingering(little, far(2.8, 0.4, 1e-5)) == ()
+
+
+@pytest.mark.parametrize(
+    ("names", "place", "most"),
+    [
+        (["veiling_glare"], 0, 1.0),
+        (["row_noise", "black_level_drift"], 0, 1.0),
+        (["row_noise", "black_level_drift"], 1, trust.MOST_AGAINST),
+        (["row_noise", "veiling_glare"], 1, 1.0),
+        (["veiling_glare", "row_noise", "jpeg"], 0, trust.MOST_AGAINST),
+        (["veiling_glare", "row_noise", "jpeg"], 2, trust.MOST_AGAINST),
+    ],
+)
+def test_what_a_name_is_given_with_speaks_against_it(
+    names: list[str], place: int, most: float
+) -> None:
+    """Three at once, or two of which a third may be made."""
+    assert trust.most_of_several(names, place) == most
 
 
 def test_a_weak_suspect_is_not_named() -> None:

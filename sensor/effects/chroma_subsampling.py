@@ -11,13 +11,14 @@ import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
 from sensor.luma import BLUE, GREEN, RED, need_colours
+from sensor.neighbours import interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChromaSubsampling(Effect):
-    """The cable carries luma for every pixel and colour once for 2 or 4 pixels of a row.
+    """The cable carries luma for every pixel and colour once for n = 2 or 4 pixels of a row.
 
         Y = round(0.299 R + 0.587 G + 0.114 B)
         U = round(mean of (B - Y)/1.772),  V = round(mean of (R - Y)/1.402)    over the group
@@ -25,18 +26,21 @@ class ChromaSubsampling(Effect):
 
     All in whole codes of the full range, as video modes of IIDC carry them, or in fractions of
     codes, as programs do that keep floats to the end. R, G and B are whole codes before, as where
-    a program gets pictures, or not yet, as in a camera whose converter has more bits. Colour
-    differences are equal in a group but for rounding and differ between groups; their noise
-    variance is 1/n of what it was if the pixels were independent. A blur of the colours has no
-    groups.
+    a program gets pictures, or not yet, as in a camera whose converter has more bits. BT.601 has
+    its colours at the first pixel of a group: they are taken there, by a triangle of weights
+    (n - |k|)/n^2 or from that pixel alone. Who shows the picture repeats a colour over the group,
+    or draws straight lines from one to the next. Colour differences of a row lie in as many
+    dimensions as there are groups, but for rounding; repeated, they are equal in a group, and their
+    noise variance is 1/n of what it was if the pixels were independent. A blur of the colours has
+    no groups.
     """
 
     name: ClassVar[str] = "chroma_subsampling"
     stage: ClassVar[Stage] = Stage.TRANSPORT
     position: ClassVar[int] = 10
     reference: ClassVar[str] = (
-        "ITU-R BT.601-7 for the matrix; IIDC 1394-based Digital Camera Specification 1.31, "
-        "modes YUV 4:2:2 and 4:1:1"
+        "ITU-R BT.601-7 for the matrix and the place of colours; IIDC 1394-based Digital Camera "
+        "Specification 1.31, modes YUV 4:2:2 and 4:1:1"
     )
 
     mode: float = parameter(
@@ -67,6 +71,25 @@ class ChromaSubsampling(Effect):
         doc="1 where R, G and B are whole codes before, 0 where they have not been rounded",
     )
 
+    taken: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=2.0,
+        whole=True,
+        starts=(0.0,),
+        doc="0 takes the mean of a group, 1 a triangle about its first pixel, 2 that pixel alone",
+    )
+    drawn: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(0.0,),
+        doc="0 repeats a colour over its group, 1 draws straight lines from one to the next",
+    )
+
     @property
     def rounds(self) -> bool:
         return self.mode > 0 and self.of_whole_codes == 0
@@ -75,44 +98,83 @@ class ChromaSubsampling(Effect):
         need_colours(signal, self.name)
         if self.mode == 0:
             return signal.replace(signal.value)
-        group = 2 ** int(self.mode)
-        planes = signal.planes
-        if len(planes.colours[0]) % 4 == 0:  # columns of a lane, which are whole groups
+        group, planes = 2 ** int(self.mode), signal.planes
+        in_itself = self.taken == 0 and self.drawn == 0
+        if in_itself and len(planes.colours[0]) % 4 == 0:  # columns of a lane: whole groups
             pixels = list(zip(*planes.colours, strict=True))
             codes = []
             for first in range(0, len(pixels), group):
                 members = pixels[first : first + group]
                 mean = [sum(pixel[c] / group for pixel in members) for c in range(3)]
-                codes += [self._carried(pixel, mean, signal) for pixel in members]
+                carried = self._differences(mean, signal)
+                codes += [self._shown(pixel, carried, signal) for pixel in members]
             colours = tuple(zip(*codes, strict=True))
             return signal.replace(dataclasses.replace(planes, colours=colours))
-        pixel = [parts[0] for parts in planes.colours]
+        pixel = [interleaved(list(parts)) for parts in planes.colours]
         dr.eval(pixel)
         _, _, column = signal.coordinates()
-        here = dr.arange(type(column), dr.width(column))
-        first, last = column - (column & (group - 1)), signal.shape[2] - 1
-        mean = [plane * 0.0 for plane in pixel]
-        for k in range(group):
-            at = here - column + dr.minimum(first + k, last)
-            mean = [
-                total + dr.gather(type(plane), plane, at) / group
-                for total, plane in zip(mean, pixel, strict=True)
+        start = dr.arange(type(column), dr.width(column)) - column
+        last = signal.shape[2] - 1
+
+        def carried_at(place: Any) -> list[Any]:
+            """The colour of a group, by its number."""
+            total = [plane * 0.0 for plane in pixel]
+            for k, weight in self.weights(group).items():
+                # those left of the first are below 0 in whole numbers with a sign
+                at = dr.clip(dr.int32_array_t(type(column))(place * group) + k, 0, last)
+                total = [
+                    so_far + weight * dr.gather(type(plane), plane, start + type(column)(at))
+                    for so_far, plane in zip(total, pixel, strict=True)
+                ]
+            return self._differences(total, signal)
+
+        if self.drawn:
+            # from the middle of a group, or from its first pixel
+            behind = group // 2 if self.taken == 0 else group
+            later = column + behind
+            one = dr.maximum(later // group, 1) - 1
+            other = dr.minimum(later // group, last // group)
+            offset = 0.5 if self.taken == 0 else 0.0
+            part = type(pixel[0])(later % group) / group + offset / group
+            carried = [
+                (1.0 - part) * a + part * b
+                for a, b in zip(carried_at(one), carried_at(other), strict=True)
             ]
-        colours = tuple((plane,) for plane in self._carried(pixel, mean, signal))
+        else:
+            carried = carried_at(column // group)
+        colours = tuple((plane,) for plane in self._shown(pixel, carried, signal))
         return signal.replace(dataclasses.replace(planes, colours=colours))
 
-    def _carried(self, pixel: Sequence[Any], mean: Sequence[Any], signal: Signal) -> list[Any]:
-        """Red, green and blue of a pixel after the cable, from its own and its group's mean."""
-        (red, green, blue), (far_red, far_green, far_blue) = pixel, mean
-        grey = RED * far_red + GREEN * far_green + BLUE * far_blue
-        top, half = float(signal.format.top_dn), float(2 ** (signal.format.bits - 1))
+    def weights(self, group: int) -> dict[int, float]:
+        """What each pixel gives to the colour of a group, by its place from the group's first.
 
-        def code(value: Any) -> Any:
-            return dr.round(value) if self.whole_codes else value
+        Args:
+            group: pixels of a group.
+        """
+        if self.taken == 0:
+            return dict.fromkeys(range(group), 1.0 / group)
+        if self.taken == 2:
+            return {0: 1.0}
+        return {k: (group - abs(k)) / group**2 for k in range(1 - group, group)}
 
-        u = dr.clip(code((far_blue - grey) / (2 * (1 - BLUE))), -half, half - 1)
-        v = dr.clip(code((far_red - grey) / (2 * (1 - RED))), -half, half - 1)
-        y = code(RED * red + GREEN * green + BLUE * blue)
+    def _code(self, value: Any) -> Any:
+        return dr.round(value) if self.whole_codes else value
+
+    def _differences(self, colour: Sequence[Any], signal: Signal) -> list[Any]:
+        """U and V of a colour, as they are carried."""
+        red, green, blue = colour
+        grey = RED * red + GREEN * green + BLUE * blue
+        half = float(2 ** (signal.format.bits - 1))
+        return [
+            dr.clip(self._code((one - grey) / (2 * (1 - weight))), -half, half - 1)
+            for one, weight in ((blue, BLUE), (red, RED))
+        ]
+
+    def _shown(self, pixel: Sequence[Any], carried: Sequence[Any], signal: Signal) -> list[Any]:
+        """Red, green and blue of a pixel after the cable, from its own and the U and V it shows."""
+        (red, green, blue), (u, v) = pixel, carried
+        y = self._code(RED * red + GREEN * green + BLUE * blue)
         to_blue, to_red = 2 * (1 - BLUE) * u, 2 * (1 - RED) * v
         planes = [y + to_red, y - (RED * to_red + BLUE * to_blue) / GREEN, y + to_blue]
+        top = float(signal.format.top_dn)
         return [dr.clip(dr.round(plane), 0.0, top) for plane in planes]

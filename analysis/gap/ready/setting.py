@@ -14,6 +14,7 @@ from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.arithmetic import IN_FRACTIONS, arithmetic_of, rules_of
+from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import exponent, histograms, white_balance
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
@@ -22,6 +23,7 @@ from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import Told, empty_bits
 from render.rate import RateImage
 from sensor.effects.bit_truncation import BitTruncation
+from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.gamma import Gamma
 from sensor.effects.jpeg import Jpeg
 from sensor.effects.white_balance import WhiteBalance
@@ -102,7 +104,9 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
 def _told(
     keys: Sequence[Frames], lattices: Sequence[Lattice], counts: Mapping[str, Floats]
 ) -> dict[str, Told]:
-    """Lost bits, the exponent of a curve behind the converter, and the quality of JPEG."""
+    """Lost bits, the exponent of a curve behind the converter, the quality of JPEG, and how many
+    pixels share a colour.
+    """
     told: dict[str, Told] = {}
     if bits := empty_bits(keys, lattices):
         told[BitTruncation.name] = Told(hints={"bits": float(bits)})
@@ -111,6 +115,9 @@ def _told(
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
         told[Jpeg.name] = Told(hints={"quality": float(tables)})
+    # a codec does that as well, besides
+    elif (way := shared_colours(whole)) is not None:
+        told[ChromaSubsampling.name] = Told(hints=way, exact=False)
     return told
 
 

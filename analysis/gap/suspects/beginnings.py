@@ -4,14 +4,19 @@ other choices of the effect."""
 from __future__ import annotations
 
 import dataclasses
+from itertools import product
+from types import MappingProxyType
 
 import numpy as np
 
 from analysis.gap.camera.base import Base, Floats
 from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.measure.signature import starts, strengths
+from analysis.gap.ready.hints import Hints
 from analysis.gap.suspects.pursue import LONG, chosen_otherwise
 from sensor.effect import Effect
+
+NOTHING: Hints = MappingProxyType({})
 
 LOUDER = 4.0
 """Times the variance of the read noise: what a codec leaves of twice the noise is not seen."""
@@ -45,14 +50,26 @@ def channels_alike(base: Base) -> Base:
     )
 
 
-def every_choice(effect: Effect) -> list[Effect]:
-    """The same effect with all its choices made in all ways."""
-    chosen = [p.name for p in effect.parameters() if p.whole and p.maximum - p.minimum < LONG]
-    made = (
-        dataclasses.replace(effect, **{name: getattr(one, name) for name in chosen})
-        for one in starts(type(effect))
-    )
-    return list(dict.fromkeys([effect, *made]))
+def every_choice(effect: Effect, told: Hints = NOTHING) -> list[Effect]:
+    """The same effect with all its choices made in all ways.
+
+    Args:
+        effect: the effect.
+        told: what the frames tell of it. What they tell is no choice, and then all others are,
+            those included that no search begins with.
+    """
+    chosen = [p for p in effect.parameters() if p.whole and p.maximum - p.minimum < LONG]
+    if told:
+        ranges = [
+            [getattr(effect, p.name)]
+            if p.name in told
+            else [float(v) for v in np.arange(p.minimum, p.maximum + 1)]
+            for p in chosen
+        ]
+        ways = [dict(zip((p.name for p in chosen), w, strict=True)) for w in product(*ranges)]
+    else:
+        ways = [{p.name: getattr(one, p.name) for p in chosen} for one in starts(type(effect))]
+    return list(dict.fromkeys([effect, *(dataclasses.replace(effect, **way) for way in ways)]))
 
 
 ELSEWHERE = 3.0

@@ -9,7 +9,7 @@ import numpy as np
 from analysis.gap.report import Gap
 from analysis.gap.verdict.closing import TELLS_LITTLE, against, closed
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import LEAST_SHRINK, Choice
+from analysis.gap.verdict.verdict import LEAST_SHRINK, Choice, confused
 
 DOUBT = 0.45
 """Factor of a probability that is to stay below one half: of suspects none of which may be named,
@@ -46,7 +46,25 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail) -> float:
     choices = found.choices
     alone = closed(gap.before, found.measured[1].held.total)
     trust = _trust(word, gap, alone, place, len(choices))
-    return min(most_of_a_name(word, found), beside(choices[place], choices) * trust)
+    names = [choice.best.name for choice in choices]
+    most = min(most_of_a_name(word, found), most_of_several(names, place))
+    return min(most, beside(choices[place], choices) * trust)
+
+
+def most_of_several(names: Sequence[str], place: int) -> float:
+    """The probability that a name does not pass for those it is given with.
+
+    Three causes at once are less likely than one that is in no catalogue, of which each takes a
+    part: a ghost was a veil, a glare and waves of the response. Two that are easily confused may be
+    halves of a third which is as easily confused with them: of flicker noise, rows and a drift.
+
+    Args:
+        names: all that are given, in the order in which they were added.
+        place: of the name among them.
+    """
+    if len(names) > 2 or any(confused(names[place], before) for before in names[:place]):
+        return MOST_AGAINST
+    return 1.0
 
 
 def most_of_a_name(word: str, found: Trail) -> float:

@@ -214,6 +214,15 @@ SEPARATED_BY: tuple[tuple[frozenset[str], str], ...] = (
 """Effects that are confused with each other, and the capture in which they differ."""
 
 
+def confused(one: str, other: str) -> bool:
+    """Whether two effects are of those that are confused with each other.
+
+    Args:
+        one, other: their names.
+    """
+    return any({one, other} <= group for group, _ in SEPARATED_BY)
+
+
 def next_capture(names: Sequence[str]) -> str:
     """The capture that separates effects which these frames do not tell apart."""
     best = max(SEPARATED_BY, key=lambda entry: len(entry[0] & set(names)))
