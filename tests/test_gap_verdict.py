@@ -38,6 +38,7 @@ from sensor.catalogue import catalogue
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.dropped_frames import DroppedFrames
 from sensor.effects.lamp_drift import LampDrift
+from sensor.effects.sharpening import Sharpening
 
 BASE = Base(
     channels=("Y",),
@@ -177,10 +178,10 @@ def test_near_the_floor_a_search_is_not_ended_by_the_total(
 
 
 def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
-    chosen = every_choice(ChromaSubsampling(mode=2, whole_codes=0))
-    assert len(chosen) == len(set(chosen)) == 8
-    assert {(c.mode, c.whole_codes, c.of_whole_codes) for c in chosen} == {
-        (m, w, o) for m in (1.0, 2.0) for w in (0.0, 1.0) for o in (0.0, 1.0)
+    chosen = every_choice(Sharpening(amount=0.1, passes=2))
+    assert len(chosen) == len(set(chosen)) == 4
+    assert {(c.amount, c.passes, c.each_colour) for c in chosen} == {
+        (0.1, p, e) for p in (1.0, 2.0) for e in (0.0, 1.0)
     }
     told = every_choice(ChromaSubsampling(mode=1, drawn=1), {"mode": 1.0, "drawn": 1.0})
     assert {(c.mode, c.drawn) for c in told} == {(1.0, 1.0)}

@@ -58,7 +58,7 @@ class ChromaSubsampling(Effect):
         minimum=0.0,
         maximum=1.0,
         whole=True,
-        starts=(1.0, 0.0),
+        starts=(1.0,),
         doc="1 carries Y, U and V as whole codes, 0 as fractions: a program that counts in floats",
     )
     of_whole_codes: float = parameter(
@@ -67,7 +67,7 @@ class ChromaSubsampling(Effect):
         minimum=0.0,
         maximum=1.0,
         whole=True,
-        starts=(1.0, 0.0),
+        starts=(1.0,),
         doc="1 where R, G and B are whole codes before, 0 where they have not been rounded",
     )
 
