@@ -131,12 +131,35 @@ def _image(path: Path) -> NDArray[Any]:
 
 
 def _tiff(path: Path) -> NDArray[Any]:
+    """Every page in order, whatever series they were written in; one page alone is one image."""
     import tifffile
 
     with tifffile.TiffFile(path) as file:
-        shape = file.series[0].shape
-        refuse_size(path, shape[-3:-1] if shape[-1] == 3 else shape[-2:])
-        return np.asarray(file.asarray())
+        series = [each for each in file.series if not each.keyframe.is_reduced]
+        shapes = [_stack_shape(each.shape) for each in series]
+        first = shapes[0][1:], series[0].dtype
+        for each, shape in zip(series, shapes, strict=True):
+            refuse_size(path, shape[1:3])
+            if (shape[1:], each.dtype) != first:
+                raise CaptureError(
+                    f"{path} has pages of shape {shape[1:]} of {each.dtype}",
+                    f"expected {first[0]} of {first[1]} as its first page has",
+                    "put frames of one size and type in one file",
+                )
+        if len(series) == 1:
+            return np.asarray(series[0].asarray())
+        stack = np.empty((sum(shape[0] for shape in shapes), *first[0]), first[1])
+        done = 0
+        for each, shape in zip(series, shapes, strict=True):
+            each.asarray(out=stack[done : done + shape[0]].reshape(each.shape))
+            done += shape[0]
+    return stack
+
+
+def _stack_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape of an array of frames, also where it is that of one image."""
+    single = len(shape) == 2 or (len(shape) == 3 and shape[-1] == 3)
+    return (1, *shape) if single else shape
 
 
 def _png(path: Path) -> NDArray[Any]:

@@ -93,6 +93,45 @@ def test_frames_may_be_tiff_pages_or_a_series_of_images(folder: Path) -> None:
         edit(folder, name, "lit.npy")
 
 
+@pytest.mark.parametrize("preset", ["ideal", "i400"])
+@pytest.mark.parametrize("chunks", [(1, 1, 1, 1, 1), (1, 4), (3, 2)])
+def test_every_page_of_a_tiff_is_a_frame_however_it_was_written(
+    preset: str, chunks: tuple[int, ...], tmp_path: Path
+) -> None:
+    folder = tmp_path / "c"
+    with new_folder(folder) as scratch:
+        write_capture(scratch, small(preset), PROTOCOL, RATES, seed=1)
+    stack = np.load(folder / "lit.npy")
+    photometric = "rgb" if stack.ndim == 4 else "minisblack"
+    edit(folder, "lit.npy", "lit.tif")
+    ends = np.cumsum(chunks)
+    parts = [stack[a] if b - a == 1 else stack[a:b] for a, b in zip([0, *ends], ends, strict=False)]
+    with tifffile.TiffWriter(folder / "lit.tif", byteorder=">") as file:
+        for part in parts:
+            file.write(part, photometric=photometric)
+    assert np.array_equal(read_capture(folder).frames[1].dn, stack)
+    (folder / "lit.tif").unlink()
+    for part in parts:
+        tifffile.imwrite(folder / "lit.tif", part, photometric=photometric, append=True)
+    assert np.array_equal(read_capture(folder).frames[1].dn, stack)
+
+
+def test_a_reduced_picture_beside_the_frames_of_a_tiff_is_no_frame(folder: Path) -> None:
+    stack = np.load(folder / "lit.npy")
+    with tifffile.TiffWriter(folder / "lit.tif") as file:
+        file.write(stack, photometric="rgb")
+        file.write(stack[0, ::2, ::2], photometric="rgb", subfiletype=1)
+    edit(folder, "lit.npy", "lit.tif")
+    assert np.array_equal(read_capture(folder).frames[1].dn, stack)
+
+
+def unequal_pages(folder: Path) -> None:
+    edit(folder, "lit.npy", "lit.tif")
+    for height in (24, 20):
+        page = np.zeros((height, WIDTH, 3), np.uint8)
+        tifffile.imwrite(folder / "lit.tif", page, photometric="rgb", append=True)
+
+
 def cut(name: str, keep: int):
     def spoil(folder: Path) -> None:
         path = folder / name
@@ -138,6 +177,7 @@ SPOILED = {
     "empty file": (cut("lit.npy", 0), "lit.npy"),
     "python objects": (object_array, "lit.npy"),
     "unequal size": (other_size, "10 x 10 pixels"),
+    "unequal pages": (unequal_pages, "pages of shape (20, 32, 3)"),
     "floats": (floats, "float64"),
     "unknown ending": (lambda f: edit(f, "lit.npy", "lit.gif"), "lit.gif"),
     "same label": (lambda f: edit(f, 'label = "lit"', 'label = "dark"'), "two shots"),
