@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pydantic
+from pydantic_core import ErrorDetails
 
-from foundation.errors import DocumentError, nearest
+from foundation.errors import DocumentError, InputError, nearest
 
 T = TypeVar("T")
 
-STRICT = pydantic.ConfigDict(extra="forbid", strict=False, allow_inf_nan=False)
-"""Put ``__pydantic_config__ = STRICT`` in a dataclass to make it a document."""
+STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+"""Put ``__pydantic_config__ = STRICT`` in a dataclass to make it a document: a number is no text,
+and no truth value; a whole number will do for one with a point."""
 
 MAX_DOCUMENT_BYTES = 16_000_000
 """A text document larger than this is a mistake or an attack."""
@@ -62,11 +65,18 @@ def convert(data: Any, kind: type[T], source: str) -> T:
         DocumentError: with the key, what stands there, what may stand there.
     """
     try:
-        return _adapter(kind).validate_python(data)  # type: ignore[no-any-return, arg-type]
+        # As JSON, since strict Python data would have to be tuples and dataclasses already.
+        text = json.dumps(data, default=lambda moment: {"date or time": str(moment)})
+    except (ValueError, RecursionError) as problem:
+        raise _no_document(source, str(problem)) from None
+    try:
+        return _adapter(kind).validate_json(text)  # type: ignore[no-any-return, arg-type]
     except pydantic.ValidationError as problem:
         problems = problem.errors(include_url=False)
         # A misspelt key is both unknown and missing: its spelling is what to mend.
         first = next((each for each in problems if each["type"] in _UNKNOWN), problems[0])
+        if first["type"] == "json_invalid":
+            raise _no_document(source, first["ctx"]["error"]) from None
         location = tuple(first["loc"])
         where = _path(location)
         if first["type"] in _UNKNOWN:
@@ -80,14 +90,74 @@ def convert(data: Any, kind: type[T], source: str) -> T:
             raise DocumentError(
                 f"no key '{where}' in {source}", "it is required", f"add {where} = ..."
             ) from None
+        if isinstance(error := first.get("ctx", {}).get("error"), InputError):
+            raise DocumentError(
+                f"{error.found} in {source}", error.expected, error.remedy
+            ) from None
         shown = repr(first["input"])
         shown = shown if len(shown) <= 60 else shown[:57] + "..."
-        message = first["msg"].removeprefix("Value error, ").rstrip(".")
         raise DocumentError(
-            f"{where} = {shown} in {source}",
-            message[:1].lower() + message[1:],
-            f"correct {where}",
+            f"{where} = {shown} in {source}", _expected(first), f"correct {where}"
         ) from None
+
+
+_EXPECTED = {
+    "dataclass_type": "a table",
+    "dict_type": "a table",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "greater_than": "a number above {gt:g}",
+    "greater_than_equal": "a number of at least {ge:g}",
+    "int_from_float": "a whole number",
+    "int_type": "a whole number",
+    "less_than": "a number below {lt:g}",
+    "less_than_equal": "a number of at most {le:g}",
+    "literal_error": "{expected}",
+    "string_too_long": "text of at most {max_length} characters",
+    "string_too_short": "text of at least {min_length} characters",
+    "string_type": "text in quotes",
+    "too_long": "at most {max_length} of them",
+    "too_short": "at least {min_length} of them",
+    "tuple_type": "a list",
+}
+"""What pydantic's kinds of error ask for."""
+
+
+def _expected(error: ErrorDetails) -> str:
+    """What should stand there, in words; a validator of ours says it itself."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "string_pattern_mismatch":
+        return f"expected '{context['pattern'].removeprefix('^').removesuffix('$')}'"
+    if kind in _EXPECTED:
+        return "expected " + _EXPECTED[kind].format(**context)
+    message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    return message if message.startswith("expected ") else f"expected {message}"
+
+
+def spelt(pattern: str, words: str) -> pydantic.AfterValidator:
+    """Text of a pattern; `words` tell people which."""
+
+    def check(text: str) -> str:
+        if not re.fullmatch(pattern, text):
+            raise ValueError(f"expected {words}")
+        return text
+
+    return pydantic.AfterValidator(check)
+
+
+NAME = spelt(
+    r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}",
+    "at most 100 letters, digits, dots and dashes, a letter or digit first",
+)
+"""How things are called that become names of files."""
+
+
+def _no_document(source: str, problem: str) -> DocumentError:
+    return DocumentError(
+        f"{source} holds what no document can ({problem})",
+        "expected text, numbers and lists of ordinary size",
+        "correct it",
+    )
 
 
 def read_text(path: Path) -> str:
@@ -121,7 +191,7 @@ def read_toml(path: Path, kind: type[T]) -> T:
     text = read_text(path)
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as problem:
+    except (ValueError, RecursionError) as problem:
         raise DocumentError(
             f"{path} is not TOML ({problem})", "expected valid TOML", "correct that line"
         ) from None

@@ -12,7 +12,11 @@ InputError                     anything a user can mend; commands answer it with
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+_LONG = re.compile(r"(\S{150})\S{100,}(\S{50})")
+"""A word that nobody reads to its end."""
 
 
 class InputError(ValueError):
@@ -23,7 +27,7 @@ class InputError(ValueError):
 
     def __init__(self, found: str, expected: str, remedy: str) -> None:
         self.found, self.expected, self.remedy = (
-            " ".join(part.split()) for part in (found, expected, remedy)
+            _LONG.sub(r"\1...\2", " ".join(part.split())) for part in (found, expected, remedy)
         )
         super().__init__(f"{self.found}; {self.expected}; {self.remedy}")
 
@@ -41,19 +45,21 @@ class OutputError(InputError):
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:
-    """A remedy that names the closest valid spelling, or lists all of them.
+    """A remedy that names the closest of the valid spellings, which the error lists.
 
     >>> nearest("incandecent", ["incandescent", "fluorescent"])
     "did you mean 'incandescent'?"
     """
     known = sorted(choices)
     close = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"choose one of {', '.join(known)}"
+    return f"did you mean '{close[0]}'?" if close else "choose one of them"
 
 
 def unknown(kind: str, word: str, choices: Iterable[str], error: type[InputError]) -> InputError:
     """The error for a name that is not among the known ones of its kind."""
     known = sorted(choices)
+    if not known:
+        return error(f"unknown {kind} '{word}'", "expected none, as there are none", "leave it out")
     return error(
         f"unknown {kind} '{word}'", f"expected one of {', '.join(known)}", nearest(word, known)
     )

@@ -18,7 +18,7 @@ import tomli_w
 from pydantic import Field
 
 from foundation.documents import STRICT, read_toml
-from foundation.errors import nearest, unknown
+from foundation.errors import unknown
 from foundation.output import new_file
 from sensor.camera import Camera
 from sensor.catalogue import catalogue, effect
@@ -158,9 +158,7 @@ def with_setting(camera: Camera, setting: str) -> Camera:
         raise CameraError(
             f"setting '{setting}'",
             "expected EFFECT.PARAMETER=NUMBER, as in row_noise.sigma_e=12",
-            nearest(name, catalogue())
-            if name not in catalogue()
-            else f"see `camtruth effects {name}`",
+            f"see `camtruth effects {name}`" if name in catalogue() else "see `camtruth effects`",
         )
     kind = effect(name)
     parameter, figure = _in_electrons(kind, key, value, camera.gain_dn_per_e)

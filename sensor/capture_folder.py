@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from foundation.backend import Backend
-from foundation.documents import STRICT, read_toml
+from foundation.documents import NAME, STRICT, read_toml, spelt
 from foundation.panel import Panel
 from sensor.camera import Camera
 from sensor.errors import CaptureError
-from sensor.frames import PIXELS, Capture, Frames, Pixels
-from sensor.protocol import DARK, LABEL_PATTERN, Protocol, Shot, several
+from sensor.frames import MOSAIC_WORDS, MOSAICS, PIXELS, Capture, Frames, Pixels
+from sensor.protocol import DARK, Protocol, Shot, several
 from sensor.record import Progress, stack_shape, take
 from sensor.stack_files import read_stack
 
@@ -35,7 +35,7 @@ TRUTH = "truth.json"
 class ShotDocument:
     """A shot as the manifest spells it: `Shot`, but `frames` names the file or files."""
 
-    label: Annotated[str, Field(pattern=LABEL_PATTERN)]
+    label: Annotated[str, NAME]
     light: Annotated[tuple[str, ...], BeforeValidator(several), Field(min_length=1)] = (DARK,)
     level: Annotated[
         tuple[Annotated[float, Field(ge=0)], ...], BeforeValidator(several), Field(min_length=1)
@@ -57,7 +57,7 @@ class CaptureDocument:
     camera: str
     pixels: Pixels
     bits: Annotated[int, Field(ge=1, le=16)]
-    cfa: Annotated[str, Field(pattern="^[RGB]{4}$")] | None = None
+    cfa: Annotated[str, spelt("|".join(MOSAICS), MOSAIC_WORDS)] | None = None
     scene: str | None = None
     shot: Annotated[tuple[ShotDocument, ...], Field(min_length=1)]
     panel: tuple[Panel, ...] = ()

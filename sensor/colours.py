@@ -51,7 +51,9 @@ class Colours:
         return self.R if self.uniform else {c: self[c] for c in CHANNELS}
 
 
-PerColour = Annotated[
-    Colours, BeforeValidator(lambda v: Colours.of(v) if isinstance(v, (int, float)) else v)
-]
+def _three(value: Any) -> Any:
+    return dict.fromkeys(CHANNELS, value) if isinstance(value, (int, float)) else value
+
+
+PerColour = Annotated[Colours, BeforeValidator(_three)]
 """A document's figure that may be one number or a table of three."""

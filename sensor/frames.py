@@ -14,6 +14,8 @@ from sensor.errors import CaptureError, TooFewFrames
 from sensor.protocol import Shot
 
 __all__ = [
+    "MOSAICS",
+    "MOSAIC_WORDS",
     "PIXELS",
     "Capture",
     "CaptureError",
@@ -34,6 +36,10 @@ PIXELS: Mapping[Pixels, tuple[int, type[np.generic]]] = {
     "mono16": (3, np.uint16),
 }
 """Dimensions of a stack and type of a sample, by kind of pixel."""
+
+MOSAICS = ("RGGB", "BGGR", "GRBG", "GBRG")
+MOSAIC_WORDS = f"{', '.join(MOSAICS)}: one R, one B, and G twice on a diagonal"
+"""The colours that a Bayer mosaic can have at (0,0) (0,1) (1,0) (1,1)."""
 
 PANEL_PX = 50
 """Width and height of an analysis area in the paper, and of the default one."""

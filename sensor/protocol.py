@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from foundation.documents import STRICT, read_toml
+from foundation.documents import NAME, STRICT, read_toml
 from foundation.errors import unknown
 from sensor.errors import ProtocolError
 
 DARK = "none"
 """The name of the light that is no light: cap on, or lamp off in a dark room."""
 
-LABEL_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
-
 
 def several(value: Any) -> Any:
     """One name or number stands for a list of one."""
-    return (value,) if isinstance(value, (str, int, float)) else value
+    if isinstance(value, (str, int, float)):
+        return (value,)
+    return tuple(value) if isinstance(value, list) else value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ class Shot:
         temperature_c: temperature of the sensor in degrees Celsius, if known.
     """
 
-    label: Annotated[str, Field(pattern=LABEL_PATTERN)]
+    label: Annotated[str, NAME]
     light: Annotated[tuple[str, ...], BeforeValidator(several), Field(min_length=1)] = (DARK,)
     level: Annotated[
         tuple[Annotated[float, Field(ge=0)], ...], BeforeValidator(several), Field(min_length=1)
@@ -78,7 +78,7 @@ class Protocol:
     """
 
     name: str
-    shot: Annotated[tuple[Shot, ...], Field(min_length=1)] = field(default=())
+    shot: Annotated[tuple[Shot, ...], Field(min_length=1)]
 
     __pydantic_config__ = STRICT
 

@@ -180,6 +180,12 @@ SPOILED = {
     "unequal pages": (unequal_pages, "pages of shape (20, 32, 3)"),
     "floats": (floats, "float64"),
     "unknown ending": (lambda f: edit(f, "lit.npy", "lit.gif"), "lit.gif"),
+    "bits in quotes": (lambda f: edit(f, "bits = 8", 'bits = "8"'), "expected a whole number"),
+    "bits that are true": (lambda f: edit(f, "bits = 8", "bits = true"), "a whole number"),
+    "a place in quotes": (lambda f: edit(f, "x = 4", 'x = "4"'), "expected a whole number"),
+    "a mosaic of one colour": (lambda f: edit(f, "RGGB", "RRRR"), "one R, one B, and G twice"),
+    "two reds": (lambda f: edit(f, "RGGB", "RRGB"), "one R, one B, and G twice"),
+    "greens in a column": (lambda f: edit(f, "RGGB", "RGBG"), "G twice on a diagonal"),
     "same label": (lambda f: edit(f, 'label = "lit"', 'label = "dark"'), "two shots"),
     "panel outside": (lambda f: edit(f, "w = 10", "w = 1000"), "panel '19'"),
     "lights without levels": (

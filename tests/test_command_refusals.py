@@ -55,6 +55,8 @@ PROTOCOLS = {
     "two shots of one label": ('label = "half"', 'label = "full"', "rename"),
     "a label that is a path": ('label = "half"', 'label = "../half"', "label"),
     "not a number": ("exposure_s = 0.03268", "exposure_s = nan", "exposure_s"),
+    "frames in quotes": ("frames = 6", 'frames = "6"', "expected a whole number"),
+    "an exposure that is true": ("exposure_s = 0.03268", "exposure_s = true", "expected a number"),
 }
 
 
@@ -65,6 +67,14 @@ def test_refused_protocol(case: str, run: Run, small: Small, tmp_path: Path) -> 
     file = tmp_path / "protocol.toml"
     file.write_text(text.replace(old, new), encoding="utf-8")
     assert remedy in run("capture", file, *small.words, "--out", "made").complaint
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_protocol_without_shots(run: Run, small: Small, tmp_path: Path) -> None:
+    file = tmp_path / "protocol.toml"
+    for text, remedy in (("", "add shot = ..."), ("shot = []\n", "expected at least 1 of them")):
+        file.write_text(f'name = "empty"\n{text}', encoding="utf-8")
+        assert remedy in run("capture", file, *small.words, "--out", "made").complaint
     assert list(tmp_path.iterdir()) == [file]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import pickle
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from pydantic import Field
 
 from foundation import documents
-from foundation.documents import STRICT, convert, parse_json, read_json, read_toml
+from foundation.documents import NAME, STRICT, convert, parse_json, read_json, read_toml
 from foundation.errors import DocumentError, InputError, unknown
 
 
@@ -29,15 +30,24 @@ class Whole:
     name: str
     count: Annotated[int, Field(ge=1)] = 1
     part: tuple[Part, ...] = ()
+    mark: Annotated[tuple[str, ...], Field(min_length=1)] = ("a",)
+    file: Annotated[str, NAME] = "a"
+    format: Annotated[str, Field(pattern="^x/1$")] = "x/1"
 
     __pydantic_config__ = STRICT
 
+    def __post_init__(self) -> None:
+        if self.name == "bad":
+            raise InputError("bad", "expected good", "mend it")
+
 
 GOOD = {"name": "a", "count": 2, "part": [{"weight_kg": 1.5}]}
+WHOLE = {"name": "a", "part": [{"weight_kg": 2}]}
 
 
 def test_a_good_document() -> None:
     assert convert(GOOD, Whole, "x") == Whole(name="a", count=2, part=(Part(weight_kg=1.5),))
+    assert convert(WHOLE, Whole, "x") == Whole(name="a", part=(Part(weight_kg=2.0),))
 
 
 WRONG = {
@@ -45,8 +55,22 @@ WRONG = {
     "unknown key inside": ({"name": "a", "part": [{"weight": 1}]}, "did you mean 'weight_kg'?"),
     "missing key": ({"count": 2}, "add name"),
     "wrong type": ({"name": 3}, "name = 3"),
-    "out of bounds": ({"name": "a", "count": 0}, "greater than or equal to 1"),
+    "out of bounds": ({"name": "a", "count": 0}, "expected a number of at least 1"),
     "out of bounds inside": ({"name": "a", "part": [{"weight_kg": -1}]}, "part[0].weight_kg"),
+    "text for a number": ({"name": "a", "count": "2"}, "expected a whole number"),
+    "truth for a number": ({"name": "a", "count": True}, "expected a whole number"),
+    "text for a figure": ({"name": "a", "part": [{"weight_kg": "1"}]}, "expected a number"),
+    "truth for a figure": ({"name": "a", "part": [{"weight_kg": True}]}, "expected a number"),
+    "a point in a count": ({"name": "a", "count": 2.5}, "expected a whole number"),
+    "a date for text": ({"name": datetime.date(2000, 1, 1)}, "expected text in quotes"),
+    "half a character": ({"name": "\ud800"}, "what no document can"),
+    "one for a list": ({"name": "a", "part": 3}, "expected a list"),
+    "no table": ({"name": "a", "part": [3]}, "expected a table"),
+    "too few": ({"name": "a", "mark": []}, "expected at least 1 of them"),
+    "no such spelling": ({"name": "a", "file": "../b"}, "file = '../b' in x; expected at most 100"),
+    "another version": ({"name": "a", "format": "x/2"}, "expected 'x/1'; correct format"),
+    "a key of any length": ({"name": "a", "k" * 5000: 2}, "kkk...kkk"),
+    "what the document refuses itself": ({"name": "bad"}, "bad in x; expected good; mend it"),
     "infinite": ({"name": "a", "part": [{"weight_kg": float("inf")}]}, "part[0].weight_kg"),
     "not a number": ({"name": "a", "part": [{"weight_kg": float("nan")}]}, "part[0].weight_kg"),
     "not a table": ([1, 2], "x"),
@@ -121,6 +145,12 @@ def test_an_error_crosses_process_borders_whole() -> None:
     assert str(copy) == str(error)
     assert isinstance(copy, InputError)
     assert copy.remedy == "did you mean 'incandescent'?"
+
+
+def test_a_list_of_what_is_known_is_told_once() -> None:
+    told = str(unknown("lamp", "moon", ["incandescent", "fluorescent"], DocumentError))
+    assert told.count("incandescent") == 1
+    assert "expected none" in str(unknown("lamp", "moon", [], DocumentError))
 
 
 def test_an_error_is_one_line_whatever_it_is_told() -> None:

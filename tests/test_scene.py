@@ -149,7 +149,7 @@ def test_unknown_names_are_refused_with_the_known_ones(chart: Scene) -> None:
     ("old", "new", "message"),
     [
         ("f_number = 2.0", "f_numbre = 2.0", "unknown key 'lens.f_numbre'"),
-        ("pitch_um = 5.6", "pitch_um = -5.6", "greater than 0"),
+        ("pitch_um = 5.6", "pitch_um = -5.6", "expected a number above 0;"),
         ("pitch_um = 5.6", "pitch_um = nan", "finite number"),
         ('kind = "point"', 'kind = "laser"', "point"),
     ],

@@ -22,7 +22,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foundation.documents import STRICT, read_toml
+from foundation.documents import STRICT, read_toml, spelt
 from foundation.errors import DocumentError
 
 FORMAT = "camtruth-dataset/1"
@@ -63,7 +63,9 @@ class Spec:
     size: (
         tuple[Annotated[int, Field(ge=8, le=8192)], Annotated[int, Field(ge=8, le=8192)]] | None
     ) = None
-    licence: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9.+-]{0,99}$")] = "CC0-1.0"
+    licence: Annotated[str, spelt(r"[A-Za-z0-9][A-Za-z0-9.+-]{0,99}", "an SPDX identifier")] = (
+        "CC0-1.0"
+    )
 
     __pydantic_config__ = STRICT
 
