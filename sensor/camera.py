@@ -21,8 +21,11 @@ from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.quantization import Quantization
 from sensor.errors import CameraError
-from sensor.frames import PIXELS, Pixels
+from sensor.frames import MOSAIC_WORDS, MOSAICS, PIXELS, Pixels
 from sensor.signal import Format
+
+GREY = "GGGG"
+"""The `cfa` of a camera without a mosaic."""
 
 E = TypeVar("E", bound=Effect)
 
@@ -57,8 +60,12 @@ class Camera:
     body_seed: int = 0
 
     def __post_init__(self) -> None:
-        if len(self.cfa) != 4 or set(self.cfa) - set("RGB"):
-            raise CameraError(f"cfa '{self.cfa}'", "expected four of R, G, B", 'as in "RGGB"')
+        if self.cfa not in MOSAICS and (self.cfa != GREY or self.pixels.startswith("bayer")):
+            raise CameraError(
+                f"cfa '{self.cfa}' of {self.pixels}",
+                f"expected {MOSAIC_WORDS}",
+                f"correct it; {GREY} is for a camera without a mosaic",
+            )
         if not 1 <= self.bits <= 8 * np.dtype(PIXELS[self.pixels][1]).itemsize:
             raise CameraError(
                 f"{self.bits} bits in {self.pixels}", "expected them to fit", "correct one of them"
@@ -96,7 +103,7 @@ class Camera:
     @property
     def cfa_of_pixels(self) -> str | None:
         """The colours of the pixels as a capture states them: none for a camera without colours."""
-        return None if self.pixels.startswith("mono") else self.cfa
+        return None if self.pixels.startswith("mono") or self.cfa == GREY else self.cfa
 
     @property
     def chain(self) -> tuple[Effect, ...]:
