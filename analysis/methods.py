@@ -7,11 +7,14 @@ parameters.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import importlib
 import importlib.util
 import inspect
+import json
 import math
+import numbers
 import pkgutil
 import sys
 from collections.abc import Callable
@@ -21,8 +24,9 @@ from typing import Any
 
 from analysis import estimators
 from analysis.errors import MethodError
-from analysis.parameters import CannotTell, Estimate, NoiseParameters
+from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters
 from foundation.errors import InputError, unknown
+from foundation.users_code import users_code
 from sensor.frames import Capture
 
 Method = Callable[[Capture], NoiseParameters]
@@ -89,7 +93,8 @@ def _users(path: Path, name: str) -> Method:
     @functools.wraps(function)
     def guarded(capture: Capture) -> NoiseParameters:
         try:
-            found = function(capture)
+            with users_code(path):
+                found = function(capture)
         except InputError:
             raise
         except Exception as error:
@@ -98,7 +103,7 @@ def _users(path: Path, name: str) -> Method:
                 EXPECTED,
                 f"mend {path}",
             ) from error
-        return _checked(found, name, path)
+        return _checked(found, capture.channels, f"'{name}' in {path}")
 
     return guarded
 
@@ -116,11 +121,16 @@ def _load(path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module  # dataclasses look their own module up
     try:
-        spec.loader.exec_module(module)
+        with users_code(path):
+            spec.loader.exec_module(module)
+    except InputError:
+        del sys.modules[module_name]
+        raise
     except Exception as error:
         del sys.modules[module_name]
+        told = error.msg if isinstance(error, SyntaxError) else error
         raise MethodError(
-            f"{path} cannot be loaded, {type(error).__name__}: {error} ({_where(error, path)})",
+            f"{path} cannot be loaded, {type(error).__name__}: {told} ({_where(error, path)})",
             "expected a Python file with an estimator",
             "mend the file, or install what it imports",
         ) from error
@@ -140,28 +150,72 @@ def _where(error: BaseException, path: Path) -> str:
     return f"line {line}" if line else "outside the file"
 
 
-def _checked(found: Any, name: str, path: Path) -> NoiseParameters:
+def _checked(found: Any, channels: tuple[str, ...], where: str) -> NoiseParameters:
     """What a user's estimator returned, if it is what the commands can use."""
     if not isinstance(found, NoiseParameters):
         raise MethodError(
-            f"'{name}' in {path} returned {type(found).__name__}",
+            f"{where} returned {type(found).__name__}",
             "expected NoiseParameters",
             "end it with 'return NoiseParameters(method=..., channels=...)'",
         )
-    for channel, findings in found.channels.items():
-        for key, finding in findings.items():
-            if isinstance(finding, CannotTell):
-                continue
-            if not isinstance(finding, Estimate):
-                raise MethodError(
-                    f"'{name}' returned {type(finding).__name__} for {key} of {channel}",
-                    "expected an Estimate or CannotTell",
-                    "write Estimate(value=..., se=..., unit=...)",
-                )
-            if not (math.isfinite(finding.value) and math.isfinite(finding.se)):
-                raise MethodError(
-                    f"'{name}' returned {finding.value} +- {finding.se} for {key} of {channel}",
-                    "expected finite figures",
-                    "return CannotTell(reason=...) where the frames cannot tell",
-                )
-    return found
+    try:
+        plain = {
+            channel: {
+                key: _finding(finding, key, f"{where} returned", f"for {key} of {channel}")
+                for key, finding in findings.items()
+            }
+            for channel, findings in found.channels.items()
+        }
+        checked: NoiseParameters = dataclasses.replace(found, channels=plain)
+        json.dumps(checked.to_json(), allow_nan=False)
+    except (AttributeError, TypeError, ValueError) as problem:
+        if isinstance(problem, InputError):
+            raise
+        raise MethodError(
+            f"{where} returned noise parameters that are no JSON ({problem})",
+            "expected findings by channel and parameter, and plain figures and text",
+            "write NoiseParameters(method='...', channels={'R': {'read': ...}})",
+        ) from None
+    for channel in plain:
+        if channel not in channels:
+            raise MethodError(
+                f"{where} returned a channel '{channel}'",
+                f"expected {', '.join(channels)} as the capture has",
+                "go through capture.channels",
+            )
+    return checked
+
+
+def _finding(finding: Any, key: str, who: str, which: str) -> Finding:
+    if isinstance(finding, CannotTell):
+        return finding
+    if not isinstance(finding, Estimate):
+        raise MethodError(
+            f"{who} {type(finding).__name__} {which}",
+            "expected an Estimate or CannotTell",
+            "write Estimate(value=..., se=..., unit=...)",
+        )
+    figures: tuple[Any, Any] = finding.value, finding.se
+    if not all(isinstance(f, numbers.Real) and not isinstance(f, bool) for f in figures):
+        raise MethodError(
+            f"{who} {finding.value!r} +- {finding.se!r} {which}",
+            "expected two numbers",
+            "write Estimate(value=..., se=..., unit=...) with plain figures",
+        )
+    value, se = float(finding.value), float(finding.se)
+    if not (math.isfinite(value) and math.isfinite(se)):
+        raise MethodError(
+            f"{who} {value} +- {se} {which}",
+            "expected finite figures",
+            "return CannotTell(reason=...) where the frames cannot tell",
+        )
+    if se < 0:
+        raise MethodError(
+            f"{who} a standard error of {se:g} {which}", "expected none below 0", "correct se"
+        )
+    unit = UNITS.get(key, finding.unit)
+    if finding.unit != unit:
+        raise MethodError(
+            f"{who} {finding.unit!r} as the unit {which}", f"expected '{unit}'", "convert it"
+        )
+    return Estimate(value=value, se=se, unit=unit)

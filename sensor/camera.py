@@ -60,12 +60,8 @@ class Camera:
     body_seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.cfa not in MOSAICS and (self.cfa != GREY or self.pixels.startswith("bayer")):
-            raise CameraError(
-                f"cfa '{self.cfa}' of {self.pixels}",
-                f"expected {MOSAIC_WORDS}",
-                f"correct it; {GREY} is for a camera without a mosaic",
-            )
+        if self.cfa not in (*MOSAICS, GREY):
+            raise CameraError(f"cfa '{self.cfa}'", f"expected {MOSAIC_WORDS}", 'as in "RGGB"')
         if not 1 <= self.bits <= 8 * np.dtype(PIXELS[self.pixels][1]).itemsize:
             raise CameraError(
                 f"{self.bits} bits in {self.pixels}", "expected them to fit", "correct one of them"

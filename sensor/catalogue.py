@@ -14,7 +14,8 @@ from types import ModuleType
 from typing import Any
 
 import sensor.effects
-from foundation.errors import unknown
+from foundation.errors import InputError, unknown
+from foundation.users_code import users_code
 from sensor.effect import Effect
 from sensor.errors import CameraError
 
@@ -66,7 +67,10 @@ def effects_from_file(path: Path) -> list[type[Effect]]:
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     try:
-        spec.loader.exec_module(module)
+        with users_code(path):
+            spec.loader.exec_module(module)
+    except InputError:
+        raise
     except Exception as problem:
         raise CameraError(
             f"{path} fails with {type(problem).__name__}: {problem}",

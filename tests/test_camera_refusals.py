@@ -62,7 +62,7 @@ CAMERAS = {
     "no green on a mosaic": (
         "black_dn = 3.0",
         'black_dn = 3.0\npixels = "bayer8"\ncfa = "GGGG"',
-        "without a mosaic",
+        "which is no mosaic",
     ),
     "a gain that is no number": ("= 0.01515", "= nan", "expected a finite number"),
     "an infinite gain": ("= 0.01515", "= {R = inf, G = 0.01, B = 0.01}", "expected a finite"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 
 import numpy as np
@@ -11,6 +12,7 @@ from analysis.errors import MethodError
 from analysis.estimators.irie import irie
 from analysis.methods import method, method_names
 from analysis.parameters import NoiseParameters
+from foundation.errors import InputError
 from sensor.frames import Capture, Frames, Shot, TooFewFrames
 
 USERS = '''
@@ -41,6 +43,37 @@ def number(capture):
 def nan(capture):
     found = Estimate(value=float("nan"), se=0.1, unit="DN")
     return NoiseParameters(method="nan", channels={"Y": {"fpn": found}})
+
+def one(key="fpn", channel="Y", *, value=1.0, se=0.1, unit="DN"):
+    found = Estimate(value=value, se=se, unit=unit)
+    return NoiseParameters(method="one", channels={channel: {key: found}})
+
+def words(capture):
+    return one(value="x")
+
+def truth(capture):
+    return one(se=True)
+
+def negative(capture):
+    return one(se=-0.1)
+
+def electrons(capture):
+    return one(unit="e-")
+
+def red(capture):
+    return one(channel="R")
+
+def listed(capture):
+    return NoiseParameters(method="listed", channels=[1])
+
+def object_(capture):
+    return NoiseParameters(method="object", channels={}, extra={"it": object()})
+
+def narrow(capture):
+    return one("more", value=np.float32(1.5), se=np.int64(1), unit="furlong")
+
+def leaves(capture):
+    raise SystemExit
 
 def bare(capture):
     return NoiseParameters(method="bare", channels={"Y": {"fpn": 1.0}})
@@ -93,7 +126,7 @@ def test_the_users_file_may_be_named_from_here(users, monkeypatch):
     [
         ("iri", r"unknown method 'iri'; expected one of .*irie.*, or FILE.py:function; did you"),
         ("nothing.py:f", "no file 'nothing.py'"),
-        ("{}:missing", "no function 'missing' in .*; expected one of bare, darkness, fails"),
+        ("{}:missing", "no function 'missing' in .*; expected one of bare, darkness, electrons"),
         ("{}:level", "'level' in .* is no function"),
         ("{}:none", "'none' in .* cannot be called with one argument"),
         ("{}:two", r"'two' in .* cannot be called with one argument.*def two\(capture\):"),
@@ -110,6 +143,13 @@ def test_what_is_no_method_is_told_at_once(users, name, said):
         ("fails", r"'fails' raised ZeroDivisionError"),
         ("number", "returned int; expected NoiseParameters"),
         ("nan", "returned nan .* for fpn of Y; expected finite figures"),
+        ("words", r"mine.py returned 'x' \+- 0.1 for fpn of Y; expected two numbers"),
+        ("truth", r"returned 1.0 \+- True for fpn of Y; expected two numbers"),
+        ("negative", "a standard error of -0.1 for fpn of Y; expected none below 0"),
+        ("electrons", "returned 'e-' as the unit for fpn of Y; expected 'DN'"),
+        ("red", "mine.py returned a channel 'R'; expected Y as the capture has"),
+        ("listed", "returned noise parameters that are no JSON"),
+        ("object_", "returned noise parameters that are no JSON"),
         ("bare", "returned float for fpn of Y; expected an Estimate or CannotTell"),
     ],
 )
@@ -118,14 +158,31 @@ def test_what_breaks_the_contract_is_told_when_it_does(users, name, said):
         method(f"{users}:{name}")(capture())
 
 
+def test_a_users_figures_become_plain_ones(users):
+    found = method(f"{users}:narrow")(capture()).to_json()["channels"]["Y"]["more"]
+    assert json.dumps(found) == '{"value": 1.5, "se": 1.0, "unit": "furlong"}'
+
+
+def test_a_users_file_does_not_end_the_program(users, tmp_path):
+    with pytest.raises(InputError, match=r"mine.py calls sys.exit\(\); expected code that returns"):
+        method(f"{users}:leaves")(capture())
+    path = tmp_path / "leaves.py"
+    path.write_text("import sys\nsys.exit(3)\n")
+    with pytest.raises(InputError, match=r"leaves.py calls sys.exit\(3\)"):
+        method(f"{path}:f")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("def f(:", "SyntaxError"), ("import no_such_module_here", "ModuleNotFoundError")],
+    [
+        ("def f(:", r"SyntaxError: [^()]* \(line 1\);"),
+        ("import no_such_module_here", "ModuleNotFoundError.*line 1"),
+    ],
 )
 def test_a_file_that_does_not_load_is_told(tmp_path, text, said):
     path = tmp_path / "broken.py"
     path.write_text(text)
-    with pytest.raises(MethodError, match=f"cannot be loaded, {said}.*line 1"):
+    with pytest.raises(MethodError, match=f"cannot be loaded, {said}"):
         method(f"{path}:f")
 
 

@@ -21,6 +21,7 @@ from foundation.errors import InputError, unknown
 from foundation.jobs import fingerprint, run
 from foundation.output import new_file
 from foundation.resumable import resumable_folder
+from foundation.users_code import users_code
 
 GAP_FORMAT = "camtruth-gap/1"
 VERDICTS = ("matched", "explained", "partly explained", "unexplained", "insufficient data")
@@ -77,7 +78,10 @@ def _users(path: Path, function: str) -> Solver:
     module = importlib.util.module_from_spec(spec)
     sys.modules[module.__name__] = module
     try:
-        spec.loader.exec_module(module)
+        with users_code(path):
+            spec.loader.exec_module(module)
+    except InputError:
+        raise
     except Exception as problem:
         raise BlindError(
             f"{path} fails with {type(problem).__name__}: {problem}", EXPECTED, "mend it"
@@ -93,7 +97,12 @@ def _users(path: Path, function: str) -> Solver:
             EXPECTED,
             f"write it as 'def {function}(folder, without):'",
         ) from None
-    return found  # type: ignore[no-any-return]
+
+    def solver(folder: Path, without: tuple[str, ...]) -> dict[str, Any]:
+        with users_code(path):
+            return found(folder, without)  # type: ignore[no-any-return]
+
+    return solver
 
 
 def checked(found: Any, source: str) -> dict[str, Any]:

@@ -1,0 +1,78 @@
+"""Code that people bring, such as an estimator: it may say what it likes, but not in our name.
+
+Programs read our answers on standard output. What people's code prints, and the warnings that it
+causes, are held back while it runs and told on standard error when it is done; where it fails, the
+one line of our error is all that is read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import threading
+from collections.abc import Iterator
+from typing import TextIO
+
+from foundation.errors import InputError
+
+
+class _Held(io.TextIOWrapper):
+    """What is said meanwhile. A progress bar looks for `rich_proxied_file` and goes on there."""
+
+    def __init__(self, behind: TextIO) -> None:
+        super().__init__(io.BytesIO(), encoding="utf-8", errors="replace", write_through=True)
+        self.rich_proxied_file = getattr(behind, "rich_proxied_file", behind)
+
+    def text(self) -> str:
+        """All of it."""
+        self.seek(0)
+        return self.read()
+
+
+_lock = threading.Lock()
+_streams: list[tuple[TextIO, TextIO, _Held]] = []
+"""One entry for each block that runs, over all threads: the first holds back, the last tells."""
+
+
+@contextlib.contextmanager
+def users_code(file: object) -> Iterator[None]:
+    """Run code of a user's file; see above.
+
+    Raises:
+        InputError: where it calls sys.exit().
+    """
+    _enter()
+    said = False
+    try:
+        yield
+        said = True
+    except SystemExit as leave:
+        raise InputError(
+            f"{file} calls sys.exit({leave.code if leave.code is not None else ''})",
+            "expected code that returns",
+            "raise an error there, or return",
+        ) from None
+    finally:
+        _leave(tell=said)
+
+
+def _enter() -> None:
+    with _lock:
+        if _streams:
+            _streams.append(_streams[0])
+            return
+        held = _Held(sys.stderr)
+        _streams.append((sys.stdout, sys.stderr, held))
+        sys.stdout = sys.stderr = held
+
+
+def _leave(*, tell: bool) -> None:
+    with _lock:
+        out, err, held = _streams.pop()
+        if not tell:
+            held.seek(0)
+            held.truncate()
+        if not _streams:
+            sys.stdout, sys.stderr = out, err
+            err.write(held.text())
