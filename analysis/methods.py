@@ -1,8 +1,8 @@
 """Estimators by name: ours, each a file in analysis/estimators, or a function in a user's file.
 
 A file NAME.py in analysis/estimators that defines a function NAME is a method; there is no list
-to keep. A user's is given as ``FILE.py:function``; both take a capture and return noise
-parameters.
+to keep. What it does not define of the paper's parameters it may list with reasons as UNDEFINED. A
+user's is given as ``FILE.py:function``; both take a capture and return noise parameters.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import math
 import numbers
 import pkgutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -59,6 +59,14 @@ def method(name: str) -> Method:
         ) from None
     ours: Method = getattr(_ours(name), name)
     return ours
+
+
+def undefined(name: str) -> Mapping[str, str]:
+    """Parameters that one of our methods does not define, each with the reason."""
+    found: Mapping[str, str] = (
+        getattr(_ours(name), "UNDEFINED", {}) if name in method_names() else {}
+    )
+    return found
 
 
 def _ours(name: str) -> ModuleType:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from analysis.bias import domain
 from analysis.methods import method as method_named
-from analysis.parameters import NoiseParameters
+from analysis.methods import undefined
+from analysis.parameters import CannotTell, NoiseParameters
 from analysis.round_trip import Row, round_trip
 from camtruth.simulating import grey_panels, rates_of
 from foundation.jobs import run
@@ -32,7 +33,8 @@ DEFAULT_METHOD = "irie"
 def measure(capture: Capture | Path | str, method: str = DEFAULT_METHOD) -> NoiseParameters:
     """What an estimator reads out of a capture, or a capture folder.
 
-    The paper's technique warns where its closed form says that it does not hold.
+    The paper's technique warns where its closed form says that it does not hold. What one of our
+    methods does not define of the paper's parameters is there too, with the reason.
 
     Args:
         capture: frames, or the folder that holds them.
@@ -45,6 +47,10 @@ def measure(capture: Capture | Path | str, method: str = DEFAULT_METHOD) -> Nois
     if not isinstance(capture, Capture):
         capture = read_capture(Path(capture))
     found = estimate(capture)
+    absent = {key: CannotTell(reason=reason) for key, reason in undefined(method).items()}
+    found = dataclasses.replace(
+        found, channels={channel: {**told, **absent} for channel, told in found.channels.items()}
+    )
     if method != DEFAULT_METHOD:
         return found
     return dataclasses.replace(found, warnings=found.warnings + domain.warning(found, capture))

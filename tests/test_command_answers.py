@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.methods import method_names
+from analysis.parameters import PAPER_KEYS
 from camtruth.command import Commands
 from foundation.output import CHECKSUMS, sha256
 from tests.conftest import Run, Small
@@ -174,6 +176,18 @@ def test_a_capture_of_darks_alone_needs_no_light(run: Run, small: Small, tmp_pat
     protocol.write_text('name = "d"\n[[shot]]\nlabel = "d"\nexposure_s = 0.01\nframes = 2\n')
     assert run("capture", protocol, "--out", "darks").code == 0
     assert not list((tmp_path / "darks").glob("*.exr"))
+
+
+@pytest.mark.parametrize("method", method_names())
+def test_every_method_answers_every_key(method: str, run: Run, small_capture: Path) -> None:
+    document = json.loads(run("measure", small_capture, "--method", method, "--json").out)
+    for channel, findings in document["channels"].items():
+        assert set(PAPER_KEYS) <= set(findings), channel
+        if method in ("corrected", "emva1288"):
+            assert {"gain", "dsnu", "prnu"} <= set(findings), channel
+        for key, finding in findings.items():
+            absent = finding["value"] is None
+            assert set(finding) == ({"value", "reason"} if absent else {"value", "se", "unit"}), key
 
 
 def test_measure_json_stands_alone(run: Run, small_capture: Path) -> None:

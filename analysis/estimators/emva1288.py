@@ -54,6 +54,16 @@ RAW_ONLY = (
 )
 
 
+UNDEFINED = {
+    "fpn": "EMVA 1288 has DSNU in its place, of high-passed frames: see dsnu",
+    "shot_coefficient": "EMVA 1288 has the gain in its place, which is its square: see gain",
+    "shot_offset": "EMVA 1288 has no such term: its line of variance goes through the dark",
+    "prnu_slope": "EMVA 1288 has PRNU in its place, at half saturation: see prnu",
+    "prnu_offset": "EMVA 1288 has no such term: PRNU is told at one level, less the dark",
+}
+"""Parameters of the paper that the standard does not define."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Level:
     """One panel of one shot in one channel: its mean and both variances, in DN and DN^2."""

@@ -26,6 +26,13 @@ from sensor.frames import Capture, Frames, Panel
 KEYS = ("read", "gain", "shot_coefficient", "fpn", "dsnu", "prnu", "prnu_slope")
 NEGATIVE = "the line of variance comes out below 0: what was not taken off is larger than it"
 
+UNDEFINED = {
+    "dark_shot": "photon transfer takes darks of all exposures together: see read",
+    "shot_offset": "photon transfer has no such term: its line of variance starts in the dark",
+    "prnu_offset": "photon transfer has no such term: its line of variance starts in the dark",
+}
+"""Parameters of the paper that photon transfer does not define."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
