@@ -134,15 +134,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader of our output has gone. Python would complain once more while shutting down.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAULT
-    except Exception as fault:
-        if os.environ.get(DEBUG_VARIABLE):
-            raise
-        return _say(
-            f"{type(fault).__name__} ({fault}); expected none, this is a fault of camtruth;"
-            f" run it again with {DEBUG_VARIABLE}=1 and report what it prints",
-            FAULT,
+    except OSError as problem:
+        if problem.filename is None:
+            return _fault(problem)
+        found = InputError(
+            f"cannot use {problem.filename} ({problem.strerror or problem})",
+            "expected a path that can be",
+            "check it, its length and its permissions",
         )
+        return _say(str(found), BAD_INPUT)
+    except Exception as fault:
+        return _fault(fault)
     return 0
+
+
+def _fault(fault: Exception) -> int:
+    """One line for what is no fault of the user."""
+    if os.environ.get(DEBUG_VARIABLE):
+        raise fault
+    return _say(
+        f"{type(fault).__name__} ({fault}); expected none, this is a fault of camtruth;"
+        f" run it again with {DEBUG_VARIABLE}=1 and report what it prints",
+        FAULT,
+    )
 
 
 def _say(message: str, code: int) -> int:

@@ -69,11 +69,15 @@ def refuse_taken(path: Path, *, overwrite: bool) -> None:
     """Refuse a folder that holds something, unless it may be overwritten.
 
     Raises:
-        OutputError: when `path` is a file, or a folder that is not empty.
+        OutputError: when `path` is a file, a folder that is not empty, or one that cannot be.
     """
-    if path.exists() and not path.is_dir():
+    try:
+        there, empty = path.exists(), not (path.is_dir() and any(path.iterdir()))
+    except OSError as problem:
+        raise _unwritable(path, problem) from None
+    if there and not path.is_dir():
         raise OutputError(f"{path} is a file", "expected a folder", "choose another with --out")
-    if path.is_dir() and any(path.iterdir()) and not overwrite:
+    if not empty and not overwrite:
         raise OutputError(
             f"{path} is not empty",
             "expected a new or empty folder",

@@ -168,8 +168,25 @@ def test_output_that_is_taken(run: Run, small: Small, tmp_path: Path) -> None:
 def test_output_that_is_a_file(run: Run, small: Small, tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_text("", encoding="utf-8")
-    for out in (file, file / "below", "/proc/nowhere/below"):
+    for out in (file, file / "below", "/proc/nowhere/below", "a" * 300, "a" * 5000):
         assert "--out" in run("capture", small.protocol, *small.words, "--out", out).complaint
+
+
+def test_names_that_are_too_long(run: Run, small: Small, small_capture: Path) -> None:
+    name = "a" * 5000
+    for words in (
+        ("measure", name),
+        ("measure", small_capture, "--method", f"{name}.py:mine"),
+        ("diagnose", small_capture, "--out", name),
+        ("export", small_capture, "--format", "npy", "--licence", "MIT", "--out", name),
+        ("import", name),
+        ("render", f"{name}.toml"),
+        ("protocol", "recommend", "--out", name),
+        ("capture", small.protocol, "--rate", f"incandescent={name}"),
+    ):
+        complaint = run(*words).complaint
+        assert "too long" in complaint
+        assert len(complaint) < 1000
 
 
 def test_no_traceback_from_a_users_estimator(run: Run, small_capture: Path, tmp_path: Path) -> None:
