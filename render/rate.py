@@ -26,6 +26,7 @@ from foundation.documents import STRICT, convert, parse_json
 from foundation.errors import DocumentError
 from foundation.output import new_file
 from foundation.panel import Panel
+from foundation.quiet import quiet
 from render.errors import RenderError
 from scenes.spectra import CHANNELS
 
@@ -210,10 +211,12 @@ _ONE_READER = threading.Lock()
 def _read_parts(path: Path, *, header_only: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Header and channels of the only part; whatever OpenEXR throws becomes one line."""
     try:
-        # OpenEXR prints its own complaint about a damaged file on standard output. There is one
-        # standard output for all threads: two that redirect it at once would leave it redirected.
+        # OpenEXR prints its own complaints about a damaged file, from Python on standard output and
+        # from C on standard error. There is one standard output for all threads: two that redirect
+        # it at once would leave it redirected.
         with (
             _ONE_READER,
+            quiet(),
             contextlib.redirect_stdout(io.StringIO()),
             OpenEXR.File(str(path), separate_channels=True, header_only=header_only) as file,
         ):

@@ -149,6 +149,25 @@ def test_truncated_rate_image(run: Run, small: Small, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_a_rate_image_cut_early_is_one_line(small: Small, tmp_path: Path) -> None:
+    """OpenEXR complains from C: a process of its own shows all that reaches a person."""
+    file = tmp_path / "rate.exr"
+    content = small.rate.read_bytes()
+    file.write_bytes(content[: len(content) // 3])
+    program = "import sys; from camtruth.command import main; sys.exit(main())"
+    words = ["capture", str(small.protocol), "--camera", str(small.camera)]
+    made = subprocess.run(
+        [sys.executable, "-c", program, *words, "--rate", f"incandescent={file}"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+    )
+    assert (made.returncode, made.stdout) == (2, "")
+    assert re.fullmatch(r"camtruth: error: [^\n]*\n", made.stderr), made.stderr
+
+
 def test_rate_image_of_another_size(run: Run, small: Small) -> None:
     words = ("--camera", "i400", "--rate", f"incandescent={small.rate}")
     assert "160 x 120" in run("capture", small.protocol, *words).complaint
