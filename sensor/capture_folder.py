@@ -124,6 +124,8 @@ def read_capture(folder: Path) -> Capture:
             raise CaptureError(
                 f"two shots are called '{entry.label}'", "expected every label once", "rename one"
             )
+        if entry.rate is not None:
+            inside(folder, entry.rate)
         dn = read_stack(folder, entry.frames, inside)
         shot = Shot(
             label=entry.label,

@@ -18,6 +18,9 @@ MAX_PIXELS_VARIABLE = "CAMTRUTH_MAX_PIXELS"
 DEFAULT_MAX_PIXELS = 100_000_000
 """Pixels of one frame beyond which a file is taken for a mistake or an attack."""
 
+NPY = b"\x93NUMPY"
+"""What every .npy file begins with."""
+
 
 def max_pixels() -> int:
     """The limit on the pixels of a frame, which CAMTRUTH_MAX_PIXELS sets."""
@@ -45,12 +48,19 @@ def read_stack(
     """
     named = inside(folder, pattern)
     if pattern.endswith(".npy"):
+        if _is_glob(pattern):
+            raise CaptureError(
+                f"frames = '{pattern}' in {folder}",
+                "expected one .npy file with all frames of the shot; globs are for .png, .tif and"
+                " .fits",
+                "put the frames into one .npy file",
+            )
         return _npy(named)
     if not _is_glob(pattern):
         stack = _image(named)
         return stack if _is_stack(named, stack) else stack[None]
     names = matching(folder, pattern)
-    images = [_image(inside(folder, name)) for name in names]
+    images = [_single(inside(folder, name)) for name in names]
     for name, image in zip(names, images, strict=True):
         if image.shape != images[0].shape or image.dtype != images[0].dtype:
             raise CaptureError(
@@ -59,6 +69,13 @@ def read_stack(
                 "put frames of one size and type in one shot",
             )
     return np.stack(images)
+
+
+def _single(path: Path) -> NDArray[Any]:
+    """The one image of a file; FITS has its colours before rows."""
+    image = _image(path)
+    planes = path.suffix.lower() in (".fits", ".fit") and image.ndim == 3 and len(image) == 3
+    return np.moveaxis(image, 0, 2) if planes else image
 
 
 def matching(folder: Path, pattern: str) -> list[str]:
@@ -99,6 +116,9 @@ def _is_stack(path: Path, image: NDArray[Any]) -> bool:
 
 def _npy(path: Path) -> NDArray[np.generic]:
     try:
+        with path.open("rb") as file:
+            if not file.read(len(NPY)).startswith(NPY):
+                raise ValueError("it does not begin as a .npy file does")
         with quiet():
             stack = np.load(path, mmap_mode="r", allow_pickle=False)
     except Exception as problem:

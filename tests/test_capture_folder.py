@@ -116,6 +116,16 @@ def test_every_page_of_a_tiff_is_a_frame_however_it_was_written(
     assert np.array_equal(read_capture(folder).frames[1].dn, stack)
 
 
+def test_a_series_of_fits_may_be_in_colour(folder: Path) -> None:
+    from astropy.io import fits
+
+    stack = np.load(folder / "lit.npy")
+    for k, frame in enumerate(stack):
+        fits.writeto(folder / f"lit-{k}.fits", np.moveaxis(frame, 2, 0))
+    edit(folder, "lit.npy", "lit-*.fits")
+    assert np.array_equal(read_capture(folder).frames[1].dn, stack)
+
+
 def test_a_reduced_picture_beside_the_frames_of_a_tiff_is_no_frame(folder: Path) -> None:
     stack = np.load(folder / "lit.npy")
     with tifffile.TiffWriter(folder / "lit.tif") as file:
@@ -168,6 +178,12 @@ SPOILED = {
     "another format": (lambda f: edit(f, "capture/1", "capture/9"), "format"),
     "no TOML": (lambda f: edit(f, "bits = 8", "bits = = 8"), "not TOML"),
     "path with dots": (lambda f: edit(f, "lit.npy", "../lit.npy"), "leaves the capture folder"),
+    "rate with dots": (
+        lambda f: edit(f, 'frames = "lit.npy"', 'frames = "lit.npy", rate = "../rate.exr"'),
+        "the path '../rate.exr' in",
+    ),
+    "glob of stacks": (lambda f: edit(f, "lit.npy", "*.npy"), "globs are for .png, .tif and .fits"),
+    "no stack": (lambda f: (f / "lit.npy").write_bytes(b"abc" * 99), "not begin as a .npy file"),
     "absolute path": (lambda f: edit(f, '"lit.npy"', '"/etc/passwd"'), "leaves the capture"),
     "glob with dots": (lambda f: edit(f, "lit.npy", "../*.npy"), "leaves the capture folder"),
     "link out": (link_out, "leaves the capture folder"),
