@@ -6,6 +6,7 @@ An unknown key is refused by name, never ignored.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 import re
@@ -22,7 +23,7 @@ T = TypeVar("T")
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 """Put ``__pydantic_config__ = STRICT`` in a dataclass to make it a document: a number is no text,
-and no truth value; a whole number will do for one with a point."""
+and no truth value; 3 will do for 3.0, and 3.0 for 3."""
 
 MAX_DOCUMENT_BYTES = 16_000_000
 """A text document larger than this is a mistake or an attack."""
@@ -70,7 +71,7 @@ def convert(data: Any, kind: type[T], source: str) -> T:
     except (ValueError, RecursionError) as problem:
         raise _no_document(source, str(problem)) from None
     try:
-        return _adapter(kind).validate_json(text)  # type: ignore[no-any-return, arg-type]
+        return _validated(text, kind)
     except pydantic.ValidationError as problem:
         problems = problem.errors(include_url=False)
         # A misspelt key is both unknown and missing: its spelling is what to mend.
@@ -99,6 +100,27 @@ def convert(data: Any, kind: type[T], source: str) -> T:
         raise DocumentError(
             f"{where} = {shown} in {source}", _expected(first), f"correct {where}"
         ) from None
+
+
+def _validated(text: str, kind: type[T]) -> T:
+    """A document of JSON; 40.0 will do for 40, as programs write it that count in floats."""
+    adapter = _adapter(kind)  # type: ignore[arg-type]
+    try:
+        return adapter.validate_json(text)  # type: ignore[no-any-return]
+    except pydantic.ValidationError as problem:
+        pointed = [
+            each["loc"]
+            for each in problem.errors(include_url=False)
+            if isinstance(each["input"], float) and each["input"].is_integer()
+        ]
+        if not pointed:
+            raise
+    data = json.loads(text)
+    for *way, last in pointed:
+        with contextlib.suppress(KeyError, IndexError, TypeError):  # a way through alternatives
+            holder = functools.reduce(lambda inside, step: inside[step], way, data)
+            holder[last] = int(holder[last])
+    return adapter.validate_json(json.dumps(data))  # type: ignore[no-any-return]
 
 
 _EXPECTED = {
