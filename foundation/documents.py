@@ -111,7 +111,9 @@ def _validated(text: str, kind: type[T]) -> T:
         pointed = [
             each["loc"]
             for each in problem.errors(include_url=False)
-            if isinstance(each["input"], float) and each["input"].is_integer()
+            if each["type"] == "int_type"
+            and isinstance(each["input"], float)
+            and each["input"].is_integer()
         ]
         if not pointed:
             raise
