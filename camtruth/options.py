@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -9,6 +10,38 @@ from typing import Any, TypeVar
 import click
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class _Path(click.Path):
+    """A path; an empty one, which would be the current folder, is a slip."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path.
+
+        Raises:
+            click.BadParameter: for none.
+        """
+        if value == "":
+            self.fail("it is empty", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class Between(click.FloatRange):
+    """A number in a range; NaN is outside of every one."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number.
+
+        Raises:
+            click.BadParameter: for one outside, or none.
+        """
+        number = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{value} is not a number", param, ctx)
+        return number
+
+
+PATH = _Path(path_type=Path)
 
 OUTPUT_ROOT = Path("camtruth-out")
 MAX_SEED = 2**63 - 1
@@ -25,7 +58,7 @@ def out(command: str) -> Callable[[Command], Command]:
         )(function)
         return click.option(
             "--out",
-            type=click.Path(path_type=Path),
+            type=PATH,
             default=OUTPUT_ROOT / command,
             show_default=True,
             metavar="DIR",
@@ -85,7 +118,7 @@ settings = click.option(
 
 noise = click.option(
     "--noise",
-    type=click.FloatRange(1e-6, 1),
+    type=Between(1e-6, 1),
     metavar="REL",
     help="Relative Monte Carlo error to reach inside every panel, with more samples if needed.",
 )
@@ -112,8 +145,19 @@ resume = click.option(
     "--resume", is_flag=True, help="Go on with a run that was stopped; redo only what is missing."
 )
 
+
+def _answering(_: click.Context, __: click.Parameter, address: str | None) -> str | None:
+    """The scheduler, once it has answered: what comes before the jobs may take minutes."""
+    if address is not None:
+        from foundation.jobs import refuse_absent
+
+        refuse_absent(address)
+    return address
+
+
 scheduler = click.option(
     "--scheduler",
     metavar="ADDRESS",
+    callback=_answering,
     help="Dask scheduler, as in tcp://10.0.0.1:8786, or 'processes'; this process by default.",
 )

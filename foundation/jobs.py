@@ -117,6 +117,17 @@ def run(
     return {key: done[key] for key in cases}
 
 
+def refuse_absent(scheduler: str) -> None:
+    """Refuse a scheduler elsewhere that does not answer or has no workers, before there is work.
+
+    Raises:
+        JobError: with how to start one.
+    """
+    if scheduler != PROCESSES:
+        with _client(scheduler, 1):
+            pass
+
+
 def _computed(
     work: Callable[[Any, Case], Result],
     cases: Mapping[str, Case],

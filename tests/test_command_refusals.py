@@ -37,6 +37,18 @@ REFUSED = {
     "rate of no lamp": (("capture", "--rate", "candle=x.exr"), "fluorescent"),
     "missing rate image": (("capture", "--rate", "fluorescent=x.exr"), "x.exr"),
     "missing capture": (("measure", "nowhere"), "capture.toml"),
+    "no capture": (("measure", ""), "CAPTURE: it is empty"),
+    "no output": (("capture", "--out", ""), "--out: it is empty"),
+    "noise that is no number": (
+        ("render", "--noise", "nan"),
+        "expected a number of at least 1e-06",
+    ),
+    "infinite noise": (("capture", "--noise", "inf"), "expected a number of at least 1e-06"),
+    "strength that is no number": (
+        ("protocol", "recommend", "--strength", "nan"),
+        "is not a number",
+    ),
+    "size that is no number": (("response", "--size", "nan"), "--size: nan is not a number"),
     "stray argument": (("doctor", "now"), "camtruth doctor --help"),
 }
 
@@ -46,6 +58,26 @@ def test_refused(case: str, run: Run, tmp_path: Path) -> None:
     words, remedy = REFUSED[case]
     assert remedy in run(*words).complaint
     assert list(tmp_path.iterdir()) == [], "something was written"
+
+
+SCHEDULED = {
+    "roundtrip": (),
+    "study": ("gradient-quantization", "--overwrite", "--out", "kept"),
+    "dataset make": ("spec.toml",),
+    "blind make": ("set",),
+    "blind solve": ("set",),
+}
+
+
+@pytest.mark.parametrize("command", SCHEDULED)
+def test_a_scheduler_is_asked_before_there_is_work(command: str, run: Run, tmp_path: Path) -> None:
+    """Before a render, before anything is overwritten, before its other arguments are looked at."""
+    kept = tmp_path / "kept" / "results.jsonl"
+    kept.parent.mkdir()
+    kept.write_text("", encoding="utf-8")
+    words = (*command.split(), *SCHEDULED[command], "--scheduler", "nonsense")
+    assert "no answer from the scheduler nonsense" in run(*words).complaint
+    assert [*tmp_path.rglob("*")] == [kept.parent, kept]
 
 
 PROTOCOLS = {

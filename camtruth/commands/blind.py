@@ -65,7 +65,7 @@ def command() -> None:
 @options.scheduler
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="DIR",
     help=f"Folder to write; DIR.seal takes the truth.  [default: {FOLDER}/NAME]",
 )
@@ -133,7 +133,7 @@ def make(
 
 
 @command.command()
-@click.argument("folder", metavar="SET", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="SET", type=options.PATH)
 @click.option(
     "--solver",
     default="diagnose",
@@ -143,7 +143,7 @@ def make(
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="DIR",
     help="Folder to write.  [default: SET.answers, or SET.NAME for another solver]",
 )
@@ -190,10 +190,10 @@ def solve(
 
 
 @command.command()
-@click.argument("folder", metavar="SET", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="SET", type=options.PATH)
 @click.option(
     "--answers",
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="DIR",
     help="Folder of the answers.  [default: SET.answers]",
 )
@@ -206,13 +206,13 @@ def solve(
 )
 @click.option(
     "--seal",
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="DIR",
     help="Folder of the truth.  [default: SET.seal]",
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="DIR",
     help="Folder to write.  [default: SET.score]",
 )
@@ -260,7 +260,7 @@ def score(
 
 
 @command.command()
-@click.argument("capture", type=click.Path(path_type=Path))
+@click.argument("capture", type=options.PATH)
 @click.option(
     "--by",
     type=click.Choice(["frames", "exposures"]),

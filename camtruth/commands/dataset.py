@@ -15,7 +15,7 @@ def command() -> None:
 
 
 @command.command()
-@click.argument("spec", type=click.Path(path_type=Path))
+@click.argument("spec", type=options.PATH)
 @options.out("dataset")
 @options.resume
 @options.scheduler

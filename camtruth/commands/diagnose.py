@@ -14,7 +14,7 @@ STEPS = 70
 
 
 @click.command()
-@click.argument("capture", type=click.Path(path_type=Path))
+@click.argument("capture", type=options.PATH)
 @click.option(
     "--model",
     metavar="NAME|FILE",
@@ -30,7 +30,7 @@ STEPS = 70
     "--effects",
     "files",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="FILE.py",
     help="Suspect the effects of your own file as well. Repeat for several.",
 )

@@ -10,7 +10,7 @@ from camtruth import options, terminal
 
 
 @click.command()
-@click.argument("capture", type=click.Path(path_type=Path))
+@click.argument("capture", type=options.PATH)
 @click.option(
     "--format",
     "format_name",

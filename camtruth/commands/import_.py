@@ -10,10 +10,10 @@ from camtruth import options, terminal
 
 
 @click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=options.PATH)
 @click.option(
     "--shots",
-    type=click.Path(path_type=Path),
+    type=options.PATH,
     metavar="FILE",
     help="The shots as in capture.toml; FOLDER's own shots.toml or capture.toml by default.",
 )

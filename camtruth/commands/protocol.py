@@ -47,7 +47,7 @@ def command() -> None:
 )
 @click.option(
     "--strength",
-    type=click.FloatRange(1e-4, 10),
+    type=options.Between(1e-4, 10),
     default=0.1,
     show_default=True,
     metavar="PART",
@@ -56,9 +56,7 @@ def command() -> None:
 @click.option(
     "--frames", type=click.IntRange(1), metavar="N", help="At most so many frames in all shots."
 )
-@click.option(
-    "--out", type=click.Path(path_type=Path), metavar="FILE", help="Write the protocol here."
-)
+@click.option("--out", type=options.PATH, metavar="FILE", help="Write the protocol here.")
 @click.option("--overwrite", is_flag=True, help="Replace the file if it is there.")
 @options.as_json
 def recommend(

@@ -14,7 +14,7 @@ from camtruth import options, terminal
 @click.option(
     "--size",
     "sizes",
-    type=click.FloatRange(1e-3, 0.5),
+    type=options.Between(1e-3, 0.5),
     multiple=True,
     default=(0.1, 0.2),
     show_default=True,

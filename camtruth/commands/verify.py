@@ -10,7 +10,7 @@ from camtruth import options, terminal
 
 
 @click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=options.PATH)
 @options.as_json
 def command(folder: Path, as_json: bool) -> None:
     """Check every file of FOLDER against its checksum.
