@@ -104,36 +104,42 @@ def test_a_camera_rounds_once_where_colour_is_made_of_fractions() -> None:
     assert spread(1.0) > 2 * expected
 
 
-@pytest.mark.parametrize("width", [64, 30])
-@pytest.mark.parametrize("drawn", [0, 1])
-@pytest.mark.parametrize("taken", [0, 1, 2])
-@pytest.mark.parametrize("mode", [1, 2])
-def test_chroma_is_taken_and_drawn_as_plain_arithmetic_has_it(
-    mode: int, taken: int, drawn: int, width: int
-) -> None:
-    """By two matrices: what each pixel gives to a colour, and each colour to a pixel."""
-    n, half = 2**mode, 0.5 if taken == 0 else 0.0
-    groups, columns = -(-width // n), np.arange(width)
-    gives = np.zeros((groups, width))
+def shares(size: int, n: int, taken: int, drawn: int) -> tuple[Array, Array]:
+    """What each pixel gives to the colour of a group, and that to a pixel, along one axis."""
+    half = 0.5 if taken == 0 else 0.0
+    groups, places = -(-size // n), np.arange(size)
+    gives = np.zeros((groups, size))
     weights = [
         dict.fromkeys(range(n), 1 / n), {k: (n - abs(k)) / n**2 for k in range(1 - n, n)}, {0: 1.0}
     ][taken]  # fmt: skip
     for group in range(groups):
         for k, weight in weights.items():
-            gives[group, min(max(n * group + k, 0), width - 1)] += weight
-    place = (columns + half) / n - half if drawn else (columns // n).astype(float)
+            gives[group, min(max(n * group + k, 0), size - 1)] += weight
+    place = (places + half) / n - half if drawn else (places // n).astype(float)
     place = np.clip(place, 0, groups - 1)
-    takes = np.maximum(1 - np.abs(np.subtract.outer(place, np.arange(groups))), 0)
+    return gives, np.maximum(1 - np.abs(np.subtract.outer(place, np.arange(groups))), 0)
 
-    before = np.round(noise_on(128.0, 12.0, 4, 8, width, 3))
+
+@pytest.mark.parametrize("width", [64, 30])
+@pytest.mark.parametrize("drawn", [0, 1])
+@pytest.mark.parametrize("taken", [0, 1, 2])
+@pytest.mark.parametrize(("mode", "rows"), [(1, 1), (2, 1), (1, 2)])
+def test_chroma_is_taken_and_drawn_as_plain_arithmetic_has_it(
+    mode: int, rows: int, taken: int, drawn: int, width: int
+) -> None:
+    """By two matrices along either axis."""
+    before = np.round(noise_on(128.0, 12.0, 4, 10, width, 3))
+    across, along = shares(width, 2**mode, taken, drawn)
+    down, up = shares(10, rows, taken, drawn)
     luma = np.array([0.299, 0.587, 0.114])
-    grey, colour = before @ luma, np.einsum("pg,gx,...xc->...pc", takes, gives, before)
+    grey = before @ luma
+    colour = np.einsum("yr,rs,pg,gx,fsxc->fypc", up, down, along, across, before)
     red, blue = colour[..., 0] - colour @ luma, colour[..., 2] - colour @ luma
     green = grey - (0.299 * red + 0.114 * blue) / 0.587
     exact = np.stack([grey + red, green, grey + blue], axis=-1)
-    after = applied(ChromaSubsampling(mode=mode, whole_codes=0, taken=taken, drawn=drawn), before)
+    effect = ChromaSubsampling(mode=mode, whole_codes=0, taken=taken, drawn=drawn, rows=rows)
     # a sum that ends at a half may be rounded either way
-    assert np.abs(after - np.clip(exact, 0, 255)).max() < 0.5 + 1e-4
+    assert np.abs(applied(effect, before) - np.clip(exact, 0, 255)).max() < 0.5 + 1e-4
 
 
 def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:

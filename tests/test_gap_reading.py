@@ -291,23 +291,28 @@ def test_a_strength_that_may_differ_by_colour_is_sought_in_each() -> None:
     assert twice.rate_e_per_s == Colours(R=200.0, G=100.0, B=0.0)
 
 
-def sent(mode: int, taken: int = 0, drawn: int = 0, blur: float = 0.0) -> np.ndarray:
+def sent(
+    mode: int, taken: int = 0, drawn: int = 0, rows: int = 1, *, blur: float = 0.0
+) -> np.ndarray:
     """A mosaic's noise, filled in and sent with one colour for several pixels, or blurred."""
     codes = picture()
     codes[..., 0] = (codes[..., 0] + np.roll(codes[..., 0], 1, axis=2)) / 2
     if mode:
-        effect = ChromaSubsampling(mode=mode, whole_codes=0, taken=taken, drawn=drawn)
+        effect = ChromaSubsampling(mode=mode, whole_codes=0, taken=taken, drawn=drawn, rows=rows)
         return applied(effect, codes).astype(np.uint8)
     grey = codes.mean(axis=-1, keepdims=True)
     colours = ndimage.gaussian_filter1d(codes - grey, blur, axis=2) if blur else codes - grey
     return np.clip(np.round(grey + colours), 0, TOP_DN).astype(np.uint8)
 
 
-@pytest.mark.parametrize("mode", [1, 2])
+@pytest.mark.parametrize(("mode", "rows"), [(1, 1), (2, 1), (1, 2)])
 @pytest.mark.parametrize(("taken", "drawn"), [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)])
-def test_how_many_pixels_share_a_colour_is_read(mode: int, taken: int, drawn: int) -> None:
-    expected = {"mode": mode, "drawn": drawn} | ({"taken": min(taken, 1)} if drawn else {})
-    assert shared_colours([sent(mode, taken, drawn)]) == expected
+def test_how_many_pixels_share_a_colour_is_read(
+    mode: int, rows: int, taken: int, drawn: int
+) -> None:
+    expected = {"mode": mode, "drawn": drawn, "rows": rows}
+    found = shared_colours([sent(mode, taken, drawn, rows)])
+    assert found == expected | ({"taken": min(taken, 1)} if drawn else {})
 
 
 @pytest.mark.parametrize("blur", [0.0, 0.7, 1.5, 3.0])

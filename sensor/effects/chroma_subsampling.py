@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, ClassVar
 
 import drjit as dr
@@ -29,10 +30,10 @@ class ChromaSubsampling(Effect):
     a program gets pictures, or not yet, as in a camera whose converter has more bits. BT.601 has
     its colours at the first pixel of a group: they are taken there, by a triangle of weights
     (n - |k|)/n^2 or from that pixel alone. Who shows the picture repeats a colour over the group,
-    or draws straight lines from one to the next. Colour differences of a row lie in as many
-    dimensions as there are groups, but for rounding; repeated, they are equal in a group, and their
-    noise variance is 1/n of what it was if the pixels were independent. A blur of the colours has
-    no groups.
+    or draws straight lines from one to the next. Two rows may share their colours in the same way.
+    Colour differences of a row lie in as many dimensions as there are groups, but for rounding;
+    repeated, they are equal in a group, and their noise variance is 1/n of what it was if the
+    pixels were independent. A blur of the colours has no groups.
     """
 
     name: ClassVar[str] = "chroma_subsampling"
@@ -80,6 +81,15 @@ class ChromaSubsampling(Effect):
         starts=(0.0,),
         doc="0 takes the mean of a group, 1 a triangle about its first pixel, 2 that pixel alone",
     )
+    rows: float = parameter(
+        1.0,
+        unit="1",
+        minimum=1.0,
+        maximum=2.0,
+        whole=True,
+        starts=(1.0,),
+        doc="1 carries colours in every row, 2 once for two rows, as 4:2:0 does with mode 1",
+    )
     drawn: float = parameter(
         0.0,
         unit="1",
@@ -99,7 +109,7 @@ class ChromaSubsampling(Effect):
         if self.mode == 0:
             return signal.replace(signal.value)
         group, planes = 2 ** int(self.mode), signal.planes
-        in_itself = self.taken == 0 and self.drawn == 0
+        in_itself = self.taken == 0 and self.drawn == 0 and self.rows == 1
         if in_itself and len(planes.colours[0]) % 4 == 0:  # columns of a lane: whole groups
             pixels = list(zip(*planes.colours, strict=True))
             codes = []
@@ -112,50 +122,51 @@ class ChromaSubsampling(Effect):
             return signal.replace(dataclasses.replace(planes, colours=colours))
         pixel = [interleaved(list(parts)) for parts in planes.colours]
         dr.eval(pixel)
-        _, _, column = signal.coordinates()
-        start = dr.arange(type(column), dr.width(column)) - column
-        last = signal.shape[2] - 1
+        _, height, width = signal.shape[:3]
+        frame, row, column = signal.coordinates()
+        start = frame * (height * width)
+        rows = int(self.rows)
 
-        def carried_at(place: Any) -> list[Any]:
-            """The colour of a group, by its number."""
+        def carried_at(down: Any, across: Any) -> list[Any]:
+            """The colour of a group, by its number down and across."""
             total = [plane * 0.0 for plane in pixel]
-            for k, weight in self.weights(group).items():
-                # those left of the first are below 0 in whole numbers with a sign
-                at = dr.clip(dr.int32_array_t(type(column))(place * group) + k, 0, last)
+            for (y, part), (x, weight) in product(self._from(rows), self._from(group)):
+                at = _inside(down * rows, y, height) * width + _inside(across * group, x, width)
                 total = [
-                    so_far + weight * dr.gather(type(plane), plane, start + type(column)(at))
+                    so_far + part * weight * dr.gather(type(plane), plane, start + at)
                     for so_far, plane in zip(total, pixel, strict=True)
                 ]
             return self._differences(total, signal)
 
-        if self.drawn:
-            # from the middle of a group, or from its first pixel
-            behind = group // 2 if self.taken == 0 else group
-            later = column + behind
-            one = dr.maximum(later // group, 1) - 1
-            other = dr.minimum(later // group, last // group)
-            offset = 0.5 if self.taken == 0 else 0.0
-            part = type(pixel[0])(later % group) / group + offset / group
-            carried = [
-                (1.0 - part) * a + part * b
-                for a, b in zip(carried_at(one), carried_at(other), strict=True)
-            ]
-        else:
-            carried = carried_at(column // group)
+        number = type(pixel[0])
+        carried = [pixel[0] * 0.0, pixel[0] * 0.0]
+        for down, part in self._groups_of(row, rows, height, number):
+            for across, weight in self._groups_of(column, group, width, number):
+                u, v = carried_at(down, across)
+                carried = [carried[0] + part * weight * u, carried[1] + part * weight * v]
         colours = tuple((plane,) for plane in self._shown(pixel, carried, signal))
         return signal.replace(dataclasses.replace(planes, colours=colours))
 
-    def weights(self, group: int) -> dict[int, float]:
-        """What each pixel gives to the colour of a group, by its place from the group's first.
-
-        Args:
-            group: pixels of a group.
+    def _from(self, group: int) -> list[tuple[int, float]]:
+        """What each pixel gives to the colour of a group along one axis, by its place from the
+        group's first.
         """
         if self.taken == 0:
-            return dict.fromkeys(range(group), 1.0 / group)
+            return [(k, 1.0 / group) for k in range(group)]
         if self.taken == 2:
-            return {0: 1.0}
-        return {k: (group - abs(k)) / group**2 for k in range(1 - group, group)}
+            return [(0, 1.0)]
+        return [(k, (group - abs(k)) / group**2) for k in range(1 - group, group)]
+
+    def _groups_of(self, place: Any, group: int, size: int, number: Any) -> list[tuple[Any, Any]]:
+        """The groups whose colours a pixel shows along one axis, and how much of each."""
+        if not self.drawn or group == 1:
+            return [(place // group, 1.0)]
+        # straight lines from the middle of a group to that of the next, or from first to first
+        later, offset = (place + group // 2, 0.5) if self.taken == 0 else (place + group, 0.0)
+        part = (number(later % group) + offset) / group
+        one = dr.maximum(later // group, 1) - 1
+        other = dr.minimum(later // group, (size - 1) // group)
+        return [(one, 1.0 - part), (other, part)]
 
     def _code(self, value: Any) -> Any:
         return dr.round(value) if self.whole_codes else value
@@ -178,3 +189,9 @@ class ChromaSubsampling(Effect):
         planes = [y + to_red, y - (RED * to_red + BLUE * to_blue) / GREEN, y + to_blue]
         top = float(signal.format.top_dn)
         return [dr.clip(dr.round(plane), 0.0, top) for plane in planes]
+
+
+def _inside(first: Any, shift: int, size: int) -> Any:
+    """Places so far from others, those beyond the border at the border."""
+    # those left of the first are below 0 in whole numbers with a sign
+    return type(first)(dr.clip(dr.int32_array_t(type(first))(first) + shift, 0, size - 1))

@@ -1,4 +1,4 @@
-"""How many pixels of a row share a colour, told by what their colour differences may be.
+"""How many pixels share a colour, told by what the colour differences of a row may be.
 
 R - G and B - G hold no luma: they are what the cable carried once for a group of pixels, and what
 was drawn from it. With W a column for each group,
@@ -6,7 +6,8 @@ was drawn from it. With W a column for each group,
     differences of a row = W colours + rounding,      rounding of variance 2/12
 
 so that all they have outside the columns of W is rounding. Noise that went through no such cable
-has as much there as anywhere, and so has that of groups which begin one pixel later.
+has as much there as anywhere, and so has that of groups which begin one pixel later. The same of
+columns tells whether rows share colours.
 """
 
 from __future__ import annotations
@@ -27,12 +28,15 @@ WINDOW_PX = 32
 FRAMES = 4
 """Of each shot."""
 
-LARGEST = 2.0
-"""What differences have outside W, in variances of rounding: clipped codes and codes of codes add
-some to it."""
+LARGEST = 4.0
+"""What differences have outside W, in variances of rounding: clipped codes, and codes that are
+rounded once more between two colours, add some to it."""
 
 CLEAR = 2.0
 """By how much more groups that begin one pixel later leave."""
+
+AS_LITTLE = 1.5
+"""Times the least that any way leaves, up to which the one with the fewest colours is taken."""
 
 WAYS: tuple[Mapping[str, float], ...] = (
     {"mode": 2.0, "drawn": 0.0},
@@ -46,22 +50,32 @@ WAYS: tuple[Mapping[str, float], ...] = (
 
 
 def shared_colours(stacks: Sequence[NDArray[Any]]) -> Mapping[str, float] | None:
-    """Which of `WAYS` these frames went; None where none.
+    """Which of `WAYS` these frames went, and how many rows share a colour; None where none.
 
     Where colours are drawn in lines, `taken` is 0 if they stand in the middle of a group.
 
     Args:
         stacks: frames of lit shots, (N, H, W, 3) codes.
     """
-    rows = [_differences(stack[:FRAMES]) for stack in stacks if stack.ndim == 4]
-    if not rows:
+    codes = [np.asarray(stack[:FRAMES]) for stack in stacks if stack.ndim == 4]
+    rows = [_differences(one) for one in codes]
+    left = [(_outside_of(rows, way), way) for way in WAYS]
+    clear = [(here, way) for here, way in left if here is not None]
+    if not clear:
         return None
-    for way in WAYS:
-        outside = _outside(_lines(way))
-        here, later = (_left(rows, outside, shift) for shift in (0, 1))
-        if here < LARGEST * 2 * ROUNDING_DN2 and later > CLEAR * here:
-            return way
-    return None
+    least = min(here for here, _ in clear)
+    way = next(way for here, way in clear if here <= AS_LITTLE * least)
+    of_columns = [_differences(one.swapaxes(1, 2)) for one in codes]
+    down = _outside_of(of_columns, {**way, "mode": 1.0})
+    return {**way, "rows": 1.0 if down is None else 2.0}
+
+
+def _outside_of(lines: Sequence[Floats], way: Mapping[str, float]) -> float | None:
+    """What lines of colour differences have outside of a way; None if it is more than rounding."""
+    outside = _outside(_lines(way))
+    here, later = (_left(lines, outside, shift) for shift in (0, 1))
+    went = here < LARGEST * 2 * ROUNDING_DN2 and later > CLEAR * here
+    return here if went else None
 
 
 def _differences(codes: NDArray[Any]) -> Floats:
