@@ -28,6 +28,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import gc
 import importlib.metadata
 import logging
 import uuid
@@ -175,14 +176,18 @@ def _client(scheduler: str | None, threads: int) -> Iterator[Any]:
 def _connected(client: type[Any], place: Any, scheduler: str | None) -> Any:
     """A client of a scheduler that answers and has workers."""
     patience_s = CONNECT_S if scheduler is not None else BEGIN_S
-    try:
+    connected = None
+    with contextlib.suppress(OSError, ValueError):
         connected = _begun(client, place, patience_s)
-    except (OSError, ValueError):
+    if connected is None:
+        # What is left of the client takes a lock of Dask's when it is collected: if that happened
+        # while another one begins, which holds the lock, both would wait forever.
+        gc.collect()
         raise JobError(
             f"no answer from the scheduler {scheduler}",
             "expected the address of a running Dask scheduler",
             "start one with 'dask scheduler', as in --scheduler tcp://127.0.0.1:8786",
-        ) from None
+        )
     try:
         connected.wait_for_workers(1, timeout=patience_s)
     except TimeoutError:
