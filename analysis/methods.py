@@ -26,7 +26,7 @@ from analysis import estimators
 from analysis.errors import MethodError
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters
 from foundation.errors import InputError, unknown
-from foundation.users_code import users_code
+from foundation.users_code import line_in, users_code
 from sensor.frames import Capture
 
 Method = Callable[[Capture], NoiseParameters]
@@ -149,12 +149,7 @@ def _where(error: BaseException, path: Path) -> str:
     """The last line of the user's file that the error passed through."""
     if isinstance(error, SyntaxError):
         return f"line {error.lineno}"
-    line = None
-    trace = error.__traceback__
-    while trace is not None:
-        if Path(trace.tb_frame.f_code.co_filename).resolve() == path.resolve():
-            line = trace.tb_lineno
-        trace = trace.tb_next
+    line = line_in(path, error)
     return f"line {line}" if line else "outside the file"
 
 

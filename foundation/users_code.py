@@ -11,7 +11,8 @@ import contextlib
 import io
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TextIO
 
 from foundation.errors import InputError
@@ -55,6 +56,42 @@ def users_code(file: object) -> Iterator[None]:
         ) from None
     finally:
         _leave(tell=said)
+
+
+@contextlib.contextmanager
+def effects_of_users(files: Sequence[Path]) -> Iterator[None]:
+    """Run code of ours that runs code of these files, if there are any.
+
+    Raises:
+        InputError: where code of theirs fails, or calls sys.exit().
+    """
+    if not files:
+        yield
+        return
+    with users_code(" and ".join(map(str, files))):
+        try:
+            yield
+        except InputError:
+            raise
+        except Exception as problem:
+            for file in files:
+                if line := line_in(file, problem):
+                    raise InputError(
+                        f"{file} fails with {type(problem).__name__}: {problem} (line {line})",
+                        "expected effects that run on these frames",
+                        "correct it",
+                    ) from problem
+            raise
+
+
+def line_in(file: Path, problem: BaseException) -> int | None:
+    """The last line of a file that an error passed through."""
+    line, trace = None, problem.__traceback__
+    while trace is not None:
+        if Path(trace.tb_frame.f_code.co_filename).resolve() == file.resolve():
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
 
 
 def _enter() -> None:

@@ -9,11 +9,12 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from foundation.errors import InputError
-from foundation.users_code import users_code
+from foundation.users_code import effects_of_users, users_code
 from tests.conftest import Run
 
 SAYS = """import sys, warnings
@@ -100,3 +101,16 @@ def test_blocks_at_once_leave_the_streams_as_they_were(capsys: pytest.CaptureFix
     thread.join()
     assert (sys.stdout, sys.stderr) == before
     assert capsys.readouterr() == ("", "slow\n")
+
+
+def test_an_effect_that_fails_is_the_files_fault_and_ours_are_ours(tmp_path: Path) -> None:
+    file = tmp_path / "effects.py"
+    file.write_text("def apply():\n    print('here')\n    return 1 / 0\n", encoding="utf-8")
+    theirs: dict[str, Any] = {}
+    exec(compile(file.read_text(encoding="utf-8"), str(file), "exec"), theirs)
+    told = r"effects.py fails with ZeroDivisionError.* \(line 3\)"
+    with pytest.raises(InputError, match=told), effects_of_users([file]):
+        theirs["apply"]()
+    for files in ([file], []):
+        with pytest.raises(ZeroDivisionError), effects_of_users(files):
+            _ = 1 / 0

@@ -55,16 +55,13 @@ def command(
     from camtruth.diagnosing import diagnosis
     from camtruth.report.gap import answer, page
     from foundation.output import new_folder
-    from foundation.users_code import users_code
+    from foundation.users_code import effects_of_users
     from sensor.camera_file import write
     from sensor.catalogue import effects_from_file
 
     more = [kind for file in files for kind in effects_from_file(file)]
     with new_folder(out, overwrite=overwrite) as folder:
-        with (
-            terminal.telling("diagnosing", STEPS) as say,
-            users_code(" and ".join(map(str, files))),
-        ):
+        with terminal.telling("diagnosing", STEPS) as say, effects_of_users(files):
             found = diagnosis(capture, model, without=without, more=more, watch=say)
         document = found.report.to_json()
         text = json.dumps(document, indent=1, allow_nan=False) + "\n"
