@@ -94,8 +94,9 @@ def test_rough_edges_of_a_picture_are_no_pattern() -> None:
 def test_gains_of_lines_are_seen_beside_the_edges_of_a_chart(
     line: str, axis: int, gain: float
 ) -> None:
-    """0.455 (v + n g^2) of the other lines, which have none, is 0.455 v. A median over N lines is
-    known to 2.3 / sqrt(N) of itself, N a third of them where neighbours share two thirds."""
+    """0.455 (v + n g^2) / (v + g^2); of the other lines, which have no gains, 0.455. A median over
+    N lines is known to 2.3 / sqrt(N) of itself, N a third of them where neighbours share two
+    thirds."""
     rng, count = np.random.default_rng(7), 16
     board = np.where(np.add.outer(range(4), range(4)) % 2, 60.0, 180.0)
     patches = np.kron(board, np.ones((HEIGHT // 4, WIDTH // 4)))
@@ -106,8 +107,8 @@ def test_gains_of_lines_are_seen_beside_the_edges_of_a_chart(
     found = pattern_lines(Group(codes=codes.astype(np.float32), top_dn=255, lit=True))
     for kind, across, size in (("row", WIDTH, HEIGHT), ("column", HEIGHT, WIDTH)):
         even = 1 - 8 / size  # along a line, without the edges it crosses
-        of_lines = across * even * gain**2 if kind == line else 0.0
-        expected = 0.455 * 1e4 * (1e-4 + of_lines)
+        of_lines = gain**2 if kind == line else 0.0
+        expected = 0.455 * (1e-4 + across * even * of_lines) / (1e-4 + of_lines)
         error = 2.3 / np.sqrt(count * size / 3)
         assert found[f"pattern {kind}s"].mean() == pytest.approx(expected, rel=5 * error), kind
 

@@ -298,7 +298,7 @@ def test_a_lens_that_cannot_be_is_refused(changes: dict[str, Any], message: str)
     [
         ("ideal_focal_length = 4.3", "ideal_focal_length = -4.3", "no positive focal length"),
         (", stop = true", "", "has 0 stops"),
-        ("rim = 1.75", "rim = -1.75", "greater than 0"),
+        ("rim = 1.75", "rim = -1.75", "above 0"),
         ("rim = 1.75", "rims = 1.75", r"unknown key 'surface\[0\].rims'"),
     ],
 )

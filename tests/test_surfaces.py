@@ -256,7 +256,7 @@ def test_a_surface_that_cannot_be_is_refused(
 
 @pytest.mark.parametrize(
     ("reflectance", "message"),
-    [("-0.1", "greater than or equal to 0"), ("nan", "finite"), ("1.2", "less than or equal to 1")],
+    [("-0.1", "at least 0"), ("nan", "finite"), ("1.2", "at most 1")],
 )
 def test_a_reflectance_that_cannot_be_is_refused(
     tmp_path: Path, reflectance: str, message: str

@@ -6,6 +6,7 @@ Products of the halves have no bias from noise in time.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.statistics.group import Array, Figures, Floats, Group, safe_ratio
@@ -38,7 +39,7 @@ LEAST_OF_A_LINE = 0.25
 
 def pattern_lines(group: Group) -> Figures:
     """Rows and columns in the pattern: in the dark over the variance of a pixel in time, in light
-    over the square of its mean, in percent.
+    over that of the pattern.
     """
     if group.lit:
         return {
@@ -56,28 +57,36 @@ def pattern_lines(group: Group) -> Figures:
 def _lines_in_light(group: Group, axis: int) -> Floats:
     """What n samples of a line have in common, of the mean of the samples along an axis (1 or 2).
 
-    With d the second difference across the lines and A, B the halves,
+    With d the second difference across the lines, A and B the halves, and m their mean,
 
-        median over the lines of n <d_A> <d_B> / 6
+        median over the lines of n <d_A> <d_B>  /  median over the lines of <d_m^2>
 
-    is the median of the square of a normal number, 0.455, times the variance v of independent
-    samples, and 0.455 (v + n g^2) where the gains of lines differ by g; of noise in time it is 0.
-    The upright edges of a chart are few lines, so that a median is not of them.
+    is the median of the square of a normal number, 0.455, where samples are independent and noise
+    in time is small, and 0.455 (v + n g^2) / (v + g^2) where their variance is v and gains of lines
+    differ by g; of noise in time it is 0. The upright edges of a chart are few lines, so that a
+    median is not of them.
     """
     even, light = group.away_from_edges, np.maximum(group.mean, 1.0)
-    halves = [np.moveaxis(one, axis, 2) for one in group.mean_halves]
     away = np.moveaxis(even, axis, 2)[:, 1:-1]
     part = away / np.moveaxis(light, axis, 2)[:, 1:-1]
     count = away.sum(axis=2, dtype=np.float64)
-    with np.errstate(invalid="ignore"):  # a line of which nothing is away from edges
-        means = [
-            np.vecdot(part, one[:, 2:] - 2 * one[:, 1:-1] + one[:, :-2]) / count for one in halves
-        ]
-    product = count * means[0] * means[1] / 6.0
-    product[count < LEAST_OF_A_LINE * away.shape[2]] = np.nan
-    seen = ~np.isnan(product).all(axis=1)
-    found = np.zeros(len(product))
-    found[seen] = 1e4 * np.nanmedian(product[seen], axis=1)
+    a, b = (
+        part * (one[:, 2:] - 2 * one[:, 1:-1] + one[:, :-2])
+        for one in (np.moveaxis(half, axis, 2) for half in group.mean_halves)
+    )
+    of_lines = a.sum(axis=2, dtype=np.float64) * b.sum(axis=2, dtype=np.float64)
+    of_samples = np.square(a + b).sum(axis=2, dtype=np.float64) / 4
+    left_out = count < max(1.0, LEAST_OF_A_LINE * away.shape[2])
+    return safe_ratio(
+        *(_median(one / np.maximum(count, 1.0), left_out) for one in (of_lines, of_samples))
+    )
+
+
+def _median(of_lines: Floats, left_out: NDArray[np.bool_]) -> Floats:
+    """Median over the lines that are looked at, (k,); 0 where there are none."""
+    found = np.zeros(len(of_lines))
+    seen = ~left_out.all(axis=1)
+    found[seen] = np.nanmedian(np.where(left_out, np.nan, of_lines)[seen], axis=1)
     return found
 
 
