@@ -16,7 +16,7 @@ from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observe import Stack, View, observe
 from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.group import Group, crossed
-from analysis.gap.look.statistics.pattern import pattern, pattern_lines
+from analysis.gap.look.statistics.pattern import pattern
 from analysis.gap.look.statistics.structure import (
     columns,
     frames,
@@ -87,30 +87,6 @@ def test_rough_edges_of_a_picture_are_no_pattern() -> None:
     found = pattern(Group(codes=codes[None].astype(np.float32), top_dn=255, lit=True))
     error = np.sqrt(2 * 3 / 6000)
     assert found["pattern variance"] == pytest.approx(1.0, abs=5 * error)
-
-
-@pytest.mark.parametrize("gain", [0.0, 0.004])
-@pytest.mark.parametrize(("line", "axis"), [("row", 1), ("column", 2)])
-def test_gains_of_lines_are_seen_beside_the_edges_of_a_chart(
-    line: str, axis: int, gain: float
-) -> None:
-    """0.455 (v + n g^2) / (v + g^2); of the other lines, which have no gains, 0.455. A median over
-    N lines is known to 2.3 / sqrt(N) of itself, N a third of them where neighbours share two
-    thirds."""
-    rng, count = np.random.default_rng(7), 16
-    board = np.where(np.add.outer(range(4), range(4)) % 2, 60.0, 180.0)
-    patches = np.kron(board, np.ones((HEIGHT // 4, WIDTH // 4)))
-    shape = (count, HEIGHT, WIDTH)
-    lines = rng.standard_normal((count, HEIGHT, 1) if axis == 1 else (count, 1, WIDTH))
-    light = patches * (1 + 0.01 * rng.standard_normal(shape) + gain * lines)
-    codes = light[:, None] + rng.normal(0, 0.3, (count, FRAMES, HEIGHT, WIDTH))
-    found = pattern_lines(Group(codes=codes.astype(np.float32), top_dn=255, lit=True))
-    for kind, across, size in (("row", WIDTH, HEIGHT), ("column", HEIGHT, WIDTH)):
-        even = 1 - 8 / size  # along a line, without the edges it crosses
-        of_lines = gain**2 if kind == line else 0.0
-        expected = 0.455 * (1e-4 + across * even * of_lines) / (1e-4 + of_lines)
-        error = 2.3 / np.sqrt(count * size / 3)
-        assert found[f"pattern {kind}s"].mean() == pytest.approx(expected, rel=5 * error), kind
 
 
 @pytest.mark.parametrize("part", [0.2, 0.5])

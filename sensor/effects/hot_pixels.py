@@ -47,7 +47,6 @@ class HotPixels(Effect):
         minimum=0.0,
         maximum=1e6,
         identity=0.0,
-        starts=(40_000.0, 2_000.0),
         doc="mean leakage of a hot photosite at 29 degC",
     )
 

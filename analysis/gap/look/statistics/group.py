@@ -16,14 +16,6 @@ Figures = dict[str, Floats]
 """Figures by name, each of every lattice, (k,)."""
 
 
-STEEP = 0.02
-"""Change of the picture from one sample to the next, as a part of it, from which it is an edge: a
-pattern of 1 % leaves 0.003 in the mean of 3 x 3 samples, and lamps shade by less than 0.005."""
-
-LEAST_EVEN = 0.05
-"""Part of the samples that must be away from edges for them alone to be looked at."""
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Group:
     """Consecutive frames of one shot, lattice by lattice.
@@ -92,7 +84,7 @@ class Group:
         """Square of the even and of the odd frames less their own mean each, summed, (k, h, w):
         two looks at the noise of each pixel that have no frame in common.
         """
-        (even, odd), (of_even, of_odd) = self.mean_halves, self._energies
+        (even, odd), (of_even, of_odd) = self._mean_halves, self._energies
         return (
             of_even - (self.frames + 1) // 2 * np.square(even - self.mean),
             of_odd - self.frames // 2 * np.square(odd - self.mean),
@@ -128,37 +120,19 @@ class Group:
         """Means of the even and of the odd frames without their smooth part, (k, h, w): two looks
         at the fixed pattern whose noise in time is independent.
         """
-        even, odd = self.mean_halves
+        even, odd = self._mean_halves
         return high_pass(even), high_pass(odd)
 
     @cached_property
     def crossed_halves(self) -> tuple[Array, Array]:
         """The same without anything that is linear along the rows or along the columns."""
-        even, odd = self.mean_halves
+        even, odd = self._mean_halves
         return crossed(even), crossed(odd)
 
-    @cached_property
-    def away_from_edges(self) -> Array:
-        """1 away from the edges of the picture, 0 near them, (k, h, w); 1 where there is little
-        else.
-        """
-        return np.array([_away_from_edges(image) for image in self.mean])
-
     @property
-    def mean_halves(self) -> tuple[Array, Array]:
-        """Means of the even and of the odd frames, (k, h, w)."""
+    def _mean_halves(self) -> tuple[Array, Array]:
         even, odd = self._sums
         return even / np.float32((self.frames + 1) // 2), odd / np.float32(self.frames // 2)
-
-
-def _away_from_edges(image: Array) -> Array:
-    soft = cv2.blur(image, (3, 3), borderType=cv2.BORDER_REFLECT_101)
-    steepest = cv2.max(
-        cv2.absdiff(soft[2:, 1:-1], soft[:-2, 1:-1]), cv2.absdiff(soft[1:-1, 2:], soft[1:-1, :-2])
-    )
-    flat = np.ones(image.shape, np.float32)
-    flat[1:-1, 1:-1] = steepest < 2 * STEEP * np.abs(soft[1:-1, 1:-1])
-    return flat if flat.mean() > LEAST_EVEN else np.ones_like(flat)
 
 
 def high_pass(images: Array) -> Array:
