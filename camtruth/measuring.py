@@ -49,7 +49,7 @@ def measure(capture: Capture | Path | str, method: str = DEFAULT_METHOD) -> Nois
     found = estimate(capture)
     absent = {key: CannotTell(reason=reason) for key, reason in undefined(method).items()}
     found = dataclasses.replace(
-        found, channels={channel: {**told, **absent} for channel, told in found.channels.items()}
+        found, channels={channel: {**absent, **told} for channel, told in found.channels.items()}
     )
     if method != DEFAULT_METHOD:
         return found

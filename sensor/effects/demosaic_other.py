@@ -13,13 +13,12 @@ from foundation.cores import in_order
 from sensor.demosaicers import colour_demosaicing
 from sensor.effect import Effect, Stage, parameter
 from sensor.errors import CameraError
+from sensor.frames import MOSAICS
 from sensor.signal import Signal
 from sensor.stream import Stream
 
 _BORDER = 8
 """Pixels mirrored around the frame, which keeps the colour phase: an even number."""
-
-_MOSAICS = ("RGGB", "BGGR", "GRBG", "GBRG")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,10 +57,10 @@ class DemosaicOther(Effect):
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         cfa = signal.format.cfa
-        if not signal.coloured or cfa not in _MOSAICS:
+        if not signal.coloured or cfa not in MOSAICS:
             raise CameraError(
                 f"effect 'demosaic_other' in a camera without a demosaicer, mosaic {cfa}",
-                f"expected three colours in every pixel from one of {', '.join(_MOSAICS)}",
+                f"expected three colours in every pixel from one of {', '.join(MOSAICS)}",
                 "add the effect 'demosaic' (with pixels rgb8), or remove this one",
             )
         if self.algorithm == 0:

@@ -24,10 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimators.panel_noise import Floats
-from sensor.frames import Capture, Frames, Panel
-
-PHASES = ("RGGB", "BGGR", "GRBG", "GBRG")
-"""The four places that a Bayer mosaic can begin at."""
+from sensor.frames import MOSAICS, Capture, Frames, Panel
 
 EVERY_PIXEL = "none"
 """The mosaic of a camera that measures all colours in every pixel."""
@@ -89,7 +86,7 @@ def mosaic_of(capture: Capture) -> Mosaic:
     found = _variance_by_phase(capture)
     if found is None:
         return Mosaic(cfa=stated, stated=stated is not None, misfit=None)
-    misfit = {cfa: _misfit(found, cfa) for cfa in (*PHASES, EVERY_PIXEL)}
+    misfit = {cfa: _misfit(found, cfa) for cfa in (*MOSAICS, EVERY_PIXEL)}
     if stated is not None:
         return Mosaic(cfa=stated, stated=True, misfit=misfit.get(stated))
     best, second = sorted(misfit, key=lambda cfa: misfit[cfa])[:2]
@@ -103,7 +100,7 @@ def lattices(capture: Capture, panel: Panel, channel: str, cfa: str | None) -> t
     Where `cfa` is None or `EVERY_PIXEL`, every pixel of a demosaiced image is taken.
     """
     if capture.frames[0].demosaiced:
-        phases = [(k // 2, k % 2) for k in range(4) if cfa in PHASES and cfa[k] == channel]
+        phases = [(k // 2, k % 2) for k in range(4) if cfa in MOSAICS and cfa[k] == channel]
     elif channel == "Y":
         phases = []
     else:

@@ -14,7 +14,7 @@ from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.beginnings import NOTHING, channels_alike, choices, every_choice, louder
+from analysis.gap.suspects.beginnings import channels_alike, choices, every_choice, louder
 from analysis.gap.suspects.settle import settled
 from sensor.effect import Effect, Stage
 
@@ -69,7 +69,6 @@ def anew(
         return found
     effect, base = found.effect, found.base
     start = told.base if told else None
-    tuned = not (told and told.exact)
     if start or found.misfit > LED_NOWHERE * without:
         effect, base = first, start or known.base
 
@@ -98,7 +97,7 @@ def anew(
         """Where to begin, the likeliest first."""
         coloured = "G" in base.channels
         even = channels_alike(base) if coloured else base
-        chosen = every_choice(effect, told.hints if told else NOTHING) if tuned else [effect]
+        chosen = every_choice(effect, told.hints if told else None) if tuned else [effect]
         sent = effect.stage is Stage.TRANSPORT and len(chosen) > 1
         if not start and (sent or not tuned):
             tried = [against(louder(even), one) for one in chosen]

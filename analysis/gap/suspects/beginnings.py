@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 from itertools import product
-from types import MappingProxyType
 
 import numpy as np
 
@@ -15,8 +14,6 @@ from analysis.gap.measure.signature import starts, strengths
 from analysis.gap.ready.hints import Hints
 from analysis.gap.suspects.pursue import LONG, chosen_otherwise
 from sensor.effect import Effect
-
-NOTHING: Hints = MappingProxyType({})
 
 LOUDER = 4.0
 """Times the variance of the read noise: what a codec leaves of twice the noise is not seen."""
@@ -50,13 +47,13 @@ def channels_alike(base: Base) -> Base:
     )
 
 
-def every_choice(effect: Effect, told: Hints = NOTHING) -> list[Effect]:
+def every_choice(effect: Effect, told: Hints | None = None) -> list[Effect]:
     """The same effect with all its choices made in all ways.
 
     Args:
         effect: the effect.
-        told: what the frames tell of it. What they tell is no choice, and then all others are,
-            those included that no search begins with.
+        told: what the frames tell of it, if they do. What they tell is no choice, and all others
+            are then, those included that no search begins with.
     """
     chosen = [p for p in effect.parameters() if p.whole and p.maximum - p.minimum < LONG]
     if told:
