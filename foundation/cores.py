@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
@@ -36,3 +38,21 @@ def in_order(make: Callable[[Item], Made], items: Iterable[Item]) -> Iterator[Ma
     with ThreadPoolExecutor(count) as pool:
         while batch := list(itertools.islice(waiting, 8 * count)):
             yield from pool.map(make, batch)
+
+
+@contextlib.contextmanager
+def products_on_one_core() -> Iterator[None]:
+    """Keep each product of matrices to the core that asks for it, as long as this runs.
+
+    Where every core has work of its own, a product that spreads over all of them takes them from
+    that work, and its threads stay to ask for more: looking at frames took twice the time.
+    """
+    with _libraries().limit(limits=1, user_api="blas"):
+        yield
+
+
+@functools.cache
+def _libraries() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

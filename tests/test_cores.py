@@ -5,7 +5,9 @@ from __future__ import annotations
 import threading
 
 import drjit
+import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from foundation import cores
 
@@ -36,3 +38,16 @@ def test_work_keeps_to_the_cores_that_were_given(
 
     assert list(cores.in_order(work, range(6 * given))) == [k * k for k in range(6 * given)]
     assert most == given
+
+
+def _threads_of_products() -> set[int]:
+    np.ones((2, 2)) @ np.ones((2, 2))
+    return {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+
+
+def test_products_keep_to_one_core_for_a_while() -> None:
+    """The user's own products have all cores again afterwards."""
+    with threadpool_limits(limits=2, user_api="blas"):
+        with cores.products_on_one_core():
+            assert _threads_of_products() == {1}
+        assert _threads_of_products() == {2}

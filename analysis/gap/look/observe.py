@@ -22,7 +22,7 @@ from analysis.gap.look.statistics.spectrum import spectrum
 from analysis.gap.look.statistics.structure import columns, frames, neighbours, rows, tails, time
 from analysis.gap.look.statistics.surface import surface
 from analysis.gap.look.statistics.transfer import level, transfer
-from foundation.cores import cores
+from foundation.cores import cores, products_on_one_core
 
 Floats = NDArray[np.float64]
 
@@ -157,6 +157,7 @@ def _cores() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(cores())
 
 
+@products_on_one_core()
 def observe(stacks: Iterable[Stack], view: View) -> Observation:
     """Look at a capture, on every core.
 
