@@ -129,7 +129,7 @@ class Signal:
         Args:
             change: of flat arrays or tensors; called with the numbers, and with what is beside.
             beside: what else is looked at in every pixel: a figure, one per colour, a tensor
-                (1 or F, H, W), or numbers of `Stream.noise`.
+                (1 or F, H, W) or (F, 1, 1), or numbers of `Stream.noise`.
             changes: other attributes of the new signal.
         """
         held = self.numbers
@@ -169,6 +169,8 @@ class Signal:
         tensor = numbers.tensor if isinstance(numbers, Planes) else numbers
         flat = self.backend.arrays.Float(tensor.array)
         dr.eval(flat)
+        if tensor.shape[1:] == (1, 1):  # one number a frame
+            return [dr.gather(type(flat), flat, lane // (height * width // 4))] * 4
         run = lane if tensor.shape[0] == frames else lane % (height * width // 4)
         return fetched(flat, run, 4)
 

@@ -106,6 +106,23 @@ def test_the_clamp_takes_off_the_mean_of_the_dark_charge_and_not_its_noise() -> 
     assert_agree(frames.var(0, ddof=1).mean(), expected, variance_error(expected, frames.size))
 
 
+@pytest.mark.parametrize("where", BACKENDS)
+def test_the_clamp_has_the_noise_of_the_black_pixels_that_it_averages(where: str) -> None:
+    """Means of frames have the variance g^2 (c^2 + s^2 / n); independent noise of the same size in
+    each pixel averages out."""
+    clamp_e, sigma_e = 3.0, 10.0
+
+    def figures(effect: ReadNoise) -> tuple[float, float, float]:
+        shot = Shot(label="dark", exposure_s=0.01, frames=400)
+        means = dn(camera(effect), where, shot).mean((1, 2))
+        expected = GAIN**2 * (clamp_e**2 + sigma_e**2 / SIDE**2)
+        return means.var(ddof=1), expected, variance_error(expected, len(means))
+
+    assert_agree(*figures(ReadNoise(reset_e=0, thermal_e=sigma_e, other_e=0, clamp_e=clamp_e)))
+    got, expected, error = figures(ReadNoise(reset_e=0, thermal_e=sigma_e, other_e=clamp_e))
+    assert expected - got > 10 * error
+
+
 def dark_shot() -> Shot:
     return Shot(label="dark", exposure_s=0.01, frames=24)
 

@@ -221,12 +221,13 @@ def another_program(
     whole: bool,
     gains: tuple[float, ...] = (1.0, 1.0, 1.0),
     spread: float = 0.0,
+    clamp: float = 0.0,
 ) -> np.ndarray:
     """The frames of a camera of equation (1) that is written in NumPy and shares no line with ours:
-    gain 0.02 DN/e-, read noise 30 e-, and dark current that moves the mean, of that `spread` over
-    the photosites in e-/s."""
+    gain 0.02 DN/e-, read noise 30 e-, dark current that moves the mean, of that `spread` over the
+    photosites in e-/s, and a clamp with noise in e-."""
     rng = np.random.default_rng([len(shot.label), int(whole)])
-    body = np.random.default_rng(99)
+    body, black = np.random.default_rng(99), np.random.default_rng([len(shot.label), 98])
     prnu = 1 + 0.01 * body.normal(size=(HEIGHT, WIDTH))
     fpn = 8.0 * body.normal(size=(HEIGHT, WIDTH))
     dark = 400.0 + spread * body.normal(size=(HEIGHT, WIDTH))
@@ -239,6 +240,7 @@ def another_program(
     for _ in range(shot.frames):
         charge = rng.poisson((light * prnu + np.maximum(dark, 0.0)) * shot.exposure_s)
         dn = 0.02 * (charge + fpn + 30.0 * rng.normal(size=charge.shape)) + 6.3
+        dn += 0.02 * clamp * black.normal()
         raw = np.clip(np.round(dn), 0, 255) if whole else dn
         planes = []
         for mask in masks:
@@ -293,6 +295,21 @@ def test_dark_current_that_differs_between_photosites_is_part_of_the_base() -> N
     assert np.sqrt(known.base.dark_spread2) == pytest.approx(spread, rel=0.1)
     alike = around(dataclasses.replace(known.base, dark_spread2=0.0), known.scenery)
     assert measured(alike, setting.seen).whole.p_value < 1e-6
+
+
+def test_noise_of_the_clamp_is_part_of_the_base() -> None:
+    """A clamp that averages 400 black pixels of 30 e- has a noise of 1.5 e-: no gap, but for a base
+    camera whose clamp has none, which calls it a drift. Three darks of 16 frames tell it to an
+    eighth; what no clamp has, with fewer than a hundred pixels, is not taken for one."""
+    clamp = 1.5
+    setting = of_another_program(LONG_DARK, whole=False, clamp=clamp)
+    known = calibrated(setting, None)
+    assert measured(known, setting.seen).whole.p_value > 1e-3
+    assert np.sqrt(known.base.clamp_e2) == pytest.approx(clamp, rel=4 / 8)
+    still = around(dataclasses.replace(known.base, clamp_e2=0.0), known.scenery)
+    assert measured(still, setting.seen).whole.p_value < 1e-6
+    wild = calibrated(of_another_program(LONG_DARK, whole=False, clamp=15.0), None).base
+    assert wild.clamp_e2 == 0.0
 
 
 def test_a_white_balance_on_whole_codes_is_part_of_the_base() -> None:

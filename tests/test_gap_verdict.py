@@ -32,6 +32,7 @@ from analysis.gap.verdict.verdict import (
     next_capture,
     p_of_best,
     probabilities,
+    telling,
     verdict,
 )
 from sensor.catalogue import catalogue
@@ -50,6 +51,7 @@ BASE = Base(
     dark_e_per_s=0.0,
     shown_e_per_s=0.0,
     dark_spread2=0.0,
+    clamp_e2=0.0,
     arithmetic=0,
     white_balance=None,
     blur_px2=0.0,
@@ -120,6 +122,15 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-90)) == ("codes",)
     assert spoilt(far(57.0, 0.0), far(7.7, 1e-90)) == ()
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
+
+
+def test_what_calibration_takes_up_is_no_evidence_by_itself() -> None:
+    """A lamp that stands elsewhere, 0.997 of it shading that is free, had a score of 33 by the
+    thousandth that was left, in a null of which nothing was significant as a whole."""
+    lamp = dataclasses.replace(candidate("lamp_displacement", 33.0), absorbed=0.997)
+    rows = candidate("row_noise", 20.0)
+    assert list(telling([lamp, rows], p_of_whole=0.4)) == [rows]
+    assert list(telling([lamp, rows], p_of_whole=1e-4)) == [lamp, rows]
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,8 @@ class ReadNoise(Effect):
     """Reset, thermal and other noise of the readout: independent, Gaussian, in every pixel anew.
 
     sigma^2 = reset^2 + thermal^2 + other^2. The three cannot be told apart in frames, so their sum
-    is drawn once.
+    is drawn once. The clamp takes the mean of optically black pixels off, which have the same
+    noise: n of them leave sigma/sqrt(n) that all pixels of a frame share.
     """
 
     name: ClassVar[str] = "read_noise"
@@ -55,6 +56,14 @@ class ReadNoise(Effect):
         per_colour=True,
         doc="flicker noise, transistor dark currents and the rest",
     )
+    clamp_e: float = parameter(
+        0.0,
+        unit="e-",
+        minimum=0.0,
+        maximum=100.0,
+        identity=0.0,
+        doc="what a frame's pixels share, because its clamp averages finitely many black ones",
+    )
 
     @property
     def sigma_e(self) -> Colours:
@@ -66,4 +75,9 @@ class ReadNoise(Effect):
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         noise = stream.noise(signal)
-        return signal.pointwise(lambda e, sigma, n: e + sigma * n, self.sigma_e, noise)
+        if self.clamp_e == 0:
+            return signal.pointwise(lambda e, sigma, n: e + sigma * n, self.sigma_e, noise)
+        shared = self.clamp_e * stream.normal(1, 1, use="clamp")
+        return signal.pointwise(
+            lambda e, sigma, n, shift: e + sigma * n + shift, self.sigma_e, noise, shared
+        )

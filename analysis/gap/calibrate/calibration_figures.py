@@ -48,15 +48,13 @@ def calibration_figures(known: Fit, errors: Floats) -> dict[str, dict[str, Figur
         ("dark_current_shown", base.shown_e_per_s, "shown"),
     ):
         found[name] = {"all": Figure(value=value, se=by_knob.get((knob, None)), unit="e-/s")}
-    error = by_knob.get(("spread", None))
-    spread = base.dark_spread2**0.5
-    found["dark_current_spread"] = {
-        "all": Figure(
-            value=spread,
-            se=None if error is None or spread == 0 else error / (2 * spread),
-            unit="e-/s",
-        )
-    }
+    for name, variance, knob, unit in (
+        ("dark_current_spread", base.dark_spread2, "spread", "e-/s"),
+        ("clamp", base.clamp_e2, "clamp", "e-"),
+    ):
+        error, value = by_knob.get((knob, None)), variance**0.5
+        se = None if error is None or value == 0 else error / (2 * value)
+        found[name] = {"all": Figure(value=value, se=se, unit=unit)}
     found["blur"] = {
         "all": Figure(value=base.blur_px2, se=by_knob.get(("blur", None)), unit="px^2")
     }

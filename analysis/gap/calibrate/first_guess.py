@@ -25,6 +25,7 @@ from analysis.gap.camera.light_blocks import blocks_of
 from analysis.gap.camera.twin import Scenery, exposure_of
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.look.observe import Observation
+from analysis.gap.look.statistics.structure import FRAME_SPREAD
 from sensor.camera import Camera
 from sensor.effects.white_balance import WhiteBalance
 
@@ -71,7 +72,7 @@ def first_guess(
         if lit:
             by_shot = [pattern[k][c] * 1e-4 - fpn[c] / max(signal[k][c], 1) ** 2 for k in lit]
             prnu[c] = float(np.clip(np.median(by_shot), 1e-6, 0.01))
-    return Base(
+    base = Base(
         channels=seen.channels,
         gain_dn_per_e=gain,
         read_dn2=dark.read_dn2,
@@ -81,16 +82,20 @@ def first_guess(
         dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
         shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
         dark_spread2=dark_spread2(seen, exposure, pattern / gain**2, noise / gain**2),
+        clamp_e2=0.0,
         arithmetic=arithmetic,
         white_balance=None,
         blur_px2=0.0,
         level=levels(seen, scenery, dark, gain),
     )
+    clamp = clamp_e2(seen, seen.noise / gain**2)
+    # more is something else, and is not to be taken up in part
+    return base if clamp > base.most_of_a_clamp_e2 else dataclasses.replace(base, clamp_e2=clamp)
 
 
 SPREADS = 2.0
-"""Standard errors from which dark current is told to differ between photosites. Where it is not,
-the spread stays 0 and is no direction of calibration."""
+"""Standard errors from which dark current is told to differ between photosites, or a clamp to have
+noise. Where it is not, the figure stays 0 and is no direction of calibration."""
 
 
 def dark_spread2(
@@ -122,6 +127,34 @@ def dark_spread2(
     weight = size / variance
     grown = float(weight @ (pattern_e2[longest] - pattern_e2[shortest]) / weight.sum())
     return grown / lever if grown > SPREADS / float(np.sqrt(weight.sum())) else 0.0
+
+
+def clamp_e2(seen: Observation, noise_e2: Floats) -> float:
+    """Variance in e-^2 of what all pixels of a dark frame share; 0 where it is lost in errors.
+
+    Means of frames differ by s^2 / n of n pixels with noise of variance s^2, and by the clamp's own
+    noise c^2: half the mean square of the steps between f frames is their sum, over s^2 / n it has
+    a standard error of sqrt(3 / (f - 1)) where there is no clamp.
+
+    Args:
+        seen: the capture.
+        noise_e2: variance in time, (shots, channels).
+    """
+    found = []
+    for k, key in enumerate(seen.keys):
+        if key.statistic != FRAME_SPREAD or key.shot in seen.lit:
+            continue
+        channel = seen.channels.index(key.lattice[0])
+        alike = len({other.lattice for other in seen.keys
+                     if other.lattice[0] == key.lattice[0] and other.shot == key.shot})  # fmt: skip
+        pixels = seen.samples * seen.means.shape[-1] / alike
+        mean_e2 = noise_e2[seen.shots.index(key.shot), channel] / pixels
+        found.append((float(np.mean(seen.figures[:, k] ** 3)) - 1.0, float(mean_e2)))
+    if not found:
+        return 0.0
+    beyond, mean_e2 = np.array(found).T
+    error = np.sqrt(3.0 / ((seen.frames - 1) * seen.groups * len(found)))
+    return float(np.mean(beyond * mean_e2)) if beyond.mean() > SPREADS * error else 0.0
 
 
 def before(balance: WhiteBalance, base: Base) -> Base:

@@ -111,6 +111,8 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         noise_e2 = float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 1.0
         spread = 0.6 * base.dark_spread2 + hidden * noise_e2 / longest**2
         knobs.append(Knob(name="spread", channel=None, step=spread))
+    if base.clamp_e2 > 0:
+        knobs.append(Knob(name="clamp", channel=None, step=0.6 * base.clamp_e2))
     return tuple(knobs)
 
 

@@ -27,6 +27,9 @@ Floats = NDArray[np.float64]
 MOST_DARK_E_PER_S = 9e4
 MOST_BLUR_PX2 = 50.0
 
+FEWEST_BLACK = 100
+"""Optically black pixels that a clamp averages at least: a few in each row."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Base:
@@ -42,6 +45,7 @@ class Base:
         dark_e_per_s: dark current, which brings its shot noise.
         shown_e_per_s: the part of its mean that grows in the frames with the exposure.
         dark_spread2: its variance over the photosites, in e-^2/s^2.
+        clamp_e2: variance of what the pixels of a frame share, in e-^2: the clamp's own noise.
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
         white_balance: of whole codes, behind it; None without. Gains, levels and variances above
             are those before it.
@@ -58,6 +62,7 @@ class Base:
     dark_e_per_s: float
     shown_e_per_s: float
     dark_spread2: float
+    clamp_e2: float
     arithmetic: int
     white_balance: WhiteBalance | None
     blur_px2: float
@@ -67,7 +72,7 @@ class Base:
         """The base with one figure changed; variances stay above zero, `gain` and `level` factors.
 
         Args:
-            name: gain, read, fpn, prnu, black, dark, shown, spread, blur, or level:LAMP.
+            name: gain, read, fpn, prnu, black, dark, shown, spread, clamp, blur, or level:LAMP.
             channel: index of the channel; None for all, and for figures without one.
             by: logarithm of the factor for gain and level; the addition for all others.
         """
@@ -98,6 +103,9 @@ class Base:
                 return dataclasses.replace(self, shown_e_per_s=shown)
             case "spread":
                 return dataclasses.replace(self, dark_spread2=max(self.dark_spread2 + by, 0.0))
+            case "clamp":
+                clamp = float(np.clip(self.clamp_e2 + by, 0.0, self.most_of_a_clamp_e2))
+                return dataclasses.replace(self, clamp_e2=clamp)
             case "blur":
                 blur = float(np.clip(self.blur_px2 + by, 0, MOST_BLUR_PX2))
                 return dataclasses.replace(self, blur_px2=blur)
@@ -105,6 +113,11 @@ class Base:
                 field = {"read": "read_dn2", "fpn": "fpn_dn2", "prnu": "prnu2"}[name]
                 values = np.maximum(getattr(self, field) + step, 0.0)
                 return dataclasses.replace(self, **{field: values})
+
+    @property
+    def most_of_a_clamp_e2(self) -> float:
+        """Variance in e-^2 of a clamp that averages `FEWEST_BLACK` pixels; more is no clamp's."""
+        return float(np.min(self.read_dn2 / np.square(self.gain_dn_per_e))) / FEWEST_BLACK
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,6 +168,7 @@ def camera_of(base: Base, body: Body) -> Camera:
             "reset_e": 0.0,
             "thermal_e": colours(np.clip(np.sqrt(base.read_dn2) / gain, 0, 1000)),
             "other_e": 0.0,
+            "clamp_e": base.clamp_e2**0.5,
         },
         "quantization": {},
     }

@@ -18,7 +18,7 @@ from analysis.gap.verdict.closing import nothing_left
 from analysis.gap.verdict.confirm import Step, Watch, alone, closes_by_width, first_step, with_it
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, no_worse
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best
+from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best, telling
 from sensor.effect import Effect
 
 MOST_EFFECTS = 3
@@ -72,11 +72,13 @@ class _Look:
     Attributes:
         shown: how they show, at this model or at one near it.
         candidates: best first.
-        chance: of what is left, as a whole and along the best of them.
+        telling: those that may be evidence, best first.
+        chance: of what is left, as a whole and along the best of these.
     """
 
     shown: tuple[Signature, ...]
     candidates: tuple[Candidate, ...]
+    telling: tuple[Candidate, ...]
     chance: float
 
 
@@ -103,10 +105,12 @@ def _looked(
     seen = [*kept, *shows(now.case, again, {**heard.hints, **hints}, heard.told, tell)]
     seen = closer(now.case, seen, tell)
     candidates = attribute(now.case, seen, tell, told=heard.told)
-    by_best = p_of_best(candidates, freedom_of(now.rod.spread))
+    evidence = telling(candidates, now.whole.p_value)
+    by_best = p_of_best(evidence, freedom_of(now.rod.spread))
     return _Look(
         shown=tuple(seen),
         candidates=tuple(candidates),
+        telling=tuple(evidence),
         chance=both(now.whole.p_value, by_best),
     )
 
@@ -122,11 +126,11 @@ def _further(
     """The steps with one more, or that one alone where it does as well; None where none may be
     named.
     """
-    choice = choose(look.candidates) if look.chance < SIGNIFICANCE else None
+    choice = choose(look.telling) if look.chance < SIGNIFICANCE else None
     if choice is None:
         return None
     if not steps:
-        step = first_step(setting, known, base, look.candidates, choice, watch)
+        step = first_step(setting, known, base, look.telling, choice, watch)
         return None if step is None else (step,)
     first, now = steps[0].choice.best, steps[-1].left
     if not deserves(choice.best, first, now):

@@ -89,6 +89,21 @@ CLOSES_ALONE = 0.45
 likeliest single cause, but not likelier than not, as its own signature is not the best."""
 
 
+def telling(candidates: Sequence[Candidate], p_of_whole: float) -> Sequence[Candidate]:
+    """The suspects that may be evidence of a gap, best first.
+
+    Where the whole is no more than chance makes, what calibration takes up for nine tenths is none:
+    of the tenth that is left the most is how straight calibration's own directions are.
+
+    Args:
+        candidates: best first.
+        p_of_whole: chance of the whole.
+    """
+    if p_of_whole < SIGNIFICANCE:
+        return candidates
+    return [c for c in candidates if c.absorbed <= EQUIVALENT]
+
+
 def p_of_best(candidates: Sequence[Candidate], freedom: float) -> float:
     """Chance that the best of so many suspects reaches its score where nothing is wrong.
 

@@ -13,6 +13,8 @@ from analysis.gap.look.statistics.group import Array, Figures, Floats, Group, la
 LAGS = ((0, 1), (1, 0), (1, 1), (1, -1), (0, 2), (2, 0), (0, 3))
 """Rows down and columns right, in samples of the lattice."""
 
+FRAME_SPREAD = "frame spread"
+
 
 def rows(group: Group) -> Figures:
     """Covariance between pixels of a row, and of rows with later rows: row noise, drift, clamp."""
@@ -52,7 +54,7 @@ def frames(group: Group) -> Figures:
     when = np.arange(group.frames) - middle
     slope = level @ when / (when @ when)
     found = {
-        "frame spread": spread,
+        FRAME_SPREAD: spread,
         "frame wander": wander - spread,
         "frame trend": safe_ratio(slope, np.sqrt(group.variance)),
     }
