@@ -10,13 +10,11 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib
-import importlib.util
 import inspect
 import json
 import math
 import numbers
 import pkgutil
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -26,7 +24,7 @@ from analysis import estimators
 from analysis.errors import MethodError
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters
 from foundation.errors import InputError, unknown
-from foundation.users_code import line_in, users_code
+from foundation.users_code import place_of, users_code, users_module
 from sensor.frames import Capture
 
 Method = Callable[[Capture], NoiseParameters]
@@ -74,7 +72,7 @@ def _ours(name: str) -> ModuleType:
 
 
 def _users(path: Path, name: str) -> Method:
-    module = _load(path)
+    module = users_module(path, "expected a Python file with an estimator", MethodError)
     function = getattr(module, name, None)
     if function is None:
         defined = sorted(
@@ -107,50 +105,13 @@ def _users(path: Path, name: str) -> Method:
             raise
         except Exception as error:
             raise MethodError(
-                f"'{name}' raised {type(error).__name__}: {error} ({_where(error, path)})",
+                f"'{name}' raised {type(error).__name__}: {error} ({place_of(error, path)})",
                 EXPECTED,
                 f"mend {path}",
             ) from error
         return _checked(found, capture.channels, f"'{name}' in {path}")
 
     return guarded
-
-
-def _load(path: Path) -> ModuleType:
-    """A user's file as a module of its own, anew each time."""
-    if not path.is_file():
-        raise MethodError(
-            f"no file '{path}'", "expected a Python file with an estimator", "correct the path"
-        )
-    module_name = f"camtruth_user_{abs(hash(path.resolve())):x}"
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module  # dataclasses look their own module up
-    try:
-        with users_code(path):
-            spec.loader.exec_module(module)
-    except InputError:
-        del sys.modules[module_name]
-        raise
-    except Exception as error:
-        del sys.modules[module_name]
-        told = error.msg if isinstance(error, SyntaxError) else error
-        raise MethodError(
-            f"{path} cannot be loaded, {type(error).__name__}: {told} ({_where(error, path)})",
-            "expected a Python file with an estimator",
-            "mend the file, or install what it imports",
-        ) from error
-    return module
-
-
-def _where(error: BaseException, path: Path) -> str:
-    """The last line of the user's file that the error passed through."""
-    if isinstance(error, SyntaxError):
-        return f"line {error.lineno}"
-    line = line_in(path, error)
-    return f"line {line}" if line else "outside the file"
 
 
 def _checked(found: Any, channels: tuple[str, ...], where: str) -> NoiseParameters:

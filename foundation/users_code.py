@@ -8,11 +8,14 @@ one line of our error is all that is read.
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import importlib.util
 import io
 import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import TextIO
 
 from foundation.errors import InputError
@@ -56,6 +59,49 @@ def users_code(file: object) -> Iterator[None]:
         ) from None
     finally:
         _leave(tell=said)
+
+
+def users_module(path: Path, expected: str, kind: type[InputError]) -> ModuleType:
+    """A user's file as a module of its own, run anew each time.
+
+    Args:
+        path: the file.
+        expected: what it should be, for the error.
+        kind: of the error.
+
+    Raises:
+        InputError: of that kind, when the file is missing or fails.
+    """
+    if not path.is_file():
+        raise kind(f"no file '{path}'", expected, "correct the path")
+    name = f"camtruth_user_{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their own module up
+    try:
+        with users_code(path):
+            spec.loader.exec_module(module)
+    except InputError:
+        del sys.modules[name]
+        raise
+    except Exception as problem:
+        del sys.modules[name]
+        told = problem.msg if isinstance(problem, SyntaxError) else problem
+        what = f"{type(problem).__name__}: {told} ({place_of(problem, path)})"
+        raise kind(
+            f"{path} cannot be loaded, {what}",
+            expected,
+            "mend the file, or install what it imports",
+        ) from problem
+    return module
+
+
+def place_of(problem: BaseException, path: Path) -> str:
+    """The last line of a user's file that an error passed through, in words."""
+    line = problem.lineno if isinstance(problem, SyntaxError) else line_in(path, problem)
+    return f"line {line}" if line else "outside the file"
 
 
 @contextlib.contextmanager

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import importlib
-import importlib.util
 import inspect
 import pkgutil
-import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import sensor.effects
-from foundation.errors import InputError, unknown
-from foundation.users_code import users_code
+from foundation.errors import unknown
+from foundation.users_code import users_module
 from sensor.effect import Effect
 from sensor.errors import CameraError
 
@@ -60,23 +57,7 @@ def effects_from_file(path: Path) -> list[type[Effect]]:
     Raises:
         CameraError: when the file is missing, fails to run, or defines none.
     """
-    key = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
-    spec = importlib.util.spec_from_file_location(f"user_effects_{key}", path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise CameraError(f"no effects file {path}", "expected a Python file", "check the path")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    try:
-        with users_code(path):
-            spec.loader.exec_module(module)
-    except InputError:
-        raise
-    except Exception as problem:
-        raise CameraError(
-            f"{path} fails with {type(problem).__name__}: {problem}",
-            "expected a Python file that defines effects",
-            "correct it",
-        ) from None
+    module = users_module(path, "expected a Python file that defines effects", CameraError)
     kinds = effects_in(module)
     if not kinds:
         raise CameraError(

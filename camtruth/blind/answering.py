@@ -6,10 +6,8 @@ report as plain data. Ours is the diagnosis of this package; `FILE.py:function` 
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
 import json
-import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -21,7 +19,7 @@ from foundation.errors import InputError, unknown
 from foundation.jobs import fingerprint, run
 from foundation.output import new_file
 from foundation.resumable import resumable_folder
-from foundation.users_code import users_code
+from foundation.users_code import users_code, users_module
 
 GAP_FORMAT = "camtruth-gap/1"
 VERDICTS = ("matched", "explained", "partly explained", "unexplained", "insufficient data")
@@ -70,22 +68,7 @@ def solver_of(name: str) -> Solver:
 
 
 def _users(path: Path, function: str) -> Solver:
-    if not path.is_file():
-        raise BlindError(f"no file {path}", "expected a Python file with a solver", "check it")
-    spec = importlib.util.spec_from_file_location(f"camtruth_solver_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module.__name__] = module
-    try:
-        with users_code(path):
-            spec.loader.exec_module(module)
-    except InputError:
-        raise
-    except Exception as problem:
-        raise BlindError(
-            f"{path} fails with {type(problem).__name__}: {problem}", EXPECTED, "mend it"
-        ) from None
+    module = users_module(path, "expected a Python file with a solver", BlindError)
     found = getattr(module, function, None)
     if not callable(found):
         raise BlindError(f"no function '{function}' in {path}", EXPECTED, "write it")
