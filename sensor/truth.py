@@ -25,6 +25,7 @@ from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
 from sensor.protocol import Protocol
 from sensor.simulation import stream_of
+from sensor.stream import Stream
 
 FORMAT = "camtruth-truth/1"
 
@@ -90,8 +91,9 @@ def realised(
         if effect is None:
             continue
         stream = stream_of(camera, effect, protocol.shot[0], 0, range(1), where)
-        pattern = stream.body.normal(camera.height, camera.width).numpy()
-        pattern = np.asarray(pattern, dtype=np.float64).reshape(camera.height, camera.width)
+        size = camera.height, camera.width
+        drawn = effect.pattern if isinstance(effect, DarkShot) else _white
+        pattern = np.asarray(drawn(stream, *size).numpy(), dtype=np.float64).reshape(size)
         for channel, figures in table.items():
             colour = "RGB".index("G" if channel == "Y" else channel)
             spread = float(pattern[camera.format.colour_index == colour].std())
@@ -100,6 +102,10 @@ def realised(
     for figures in table.values():
         figures["dsnu"] = math.hypot(figures["fpn"], figures["dsnu"])
     return table
+
+
+def _white(stream: Stream, height: int, width: int) -> Any:
+    return stream.body.normal(height, width)
 
 
 def _dark_pattern_e(camera: Camera, exposure_s: float) -> float:

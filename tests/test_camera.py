@@ -252,6 +252,27 @@ def test_dark_current_differs_between_photosites_and_its_pattern_grows_with_the_
 
 
 @pytest.mark.parametrize("where", BACKENDS)
+def test_dark_currents_are_log_normal(where: str) -> None:
+    """Where u is s/d, the logarithm of d + s l has the variance v = ln(1 + u^2) and the mean
+    ln d - v / 2; that of a normal pattern of the same deviation has more, and some have none."""
+    current, spread, n = 9000.0, 4500.0, SIDE * SIDE
+    uneven = spread / current
+    cam = camera(DarkShot(current_e_per_s=current, spread_e_per_s=spread, uneven=uneven))
+    shot = dataclasses.replace(dark_shot(), exposure_s=0.01, frames=1)
+    charge = (dn(cam, where, shot)[0] - 100.0) / GAIN / 0.01 + current
+    v = math.log1p(uneven**2)
+    log = np.log(charge)
+    assert_agree(
+        [log.mean(), log.var()],
+        [math.log(current) - v / 2, v],
+        [math.sqrt(v / n), variance_error(v, n)],
+    )
+    other = current + spread * np.random.default_rng(1).standard_normal(n)
+    assert np.any(other < 0)
+    assert np.log(other[other > 0]).var() - v > 10 * variance_error(v, n)
+
+
+@pytest.mark.parametrize("where", BACKENDS)
 def test_quantization_rounds_to_the_nearest_and_clips(where: str) -> None:
     cam = camera(Quantization(), gain_dn_per_e=Colours.of(1.0), black_dn=0.0)
     values = np.array([0.4, 0.6, 2.49, 2.51, 70_000.0, 5.0], np.float32)

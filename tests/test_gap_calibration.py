@@ -240,8 +240,8 @@ def test_channels_that_are_alike_are_as_bright_as_before() -> None:
         channels=("R", "G", "B"), gain_dn_per_e=np.array([0.022, 0.02, 0.027]),
         read_dn2=np.array([0.4, 0.2, 0.3]), fpn_dn2=np.array([0.02, 0.03, 0.04]),
         prnu2=np.array([1e-4, 2e-4, 3e-4]), black_dn=np.array([6.4, 6.8, 6.5]), dark_e_per_s=300.0,
-        shown_e_per_s=0.0, dark_spread2=0.0, clamp_e2=0.0, arithmetic=0, white_balance=None,
-        blur_px2=0.0,
+        shown_e_per_s=0.0, dark_spread2=0.0, dark_uneven=0.0, clamp_e2=0.0, arithmetic=0,
+        white_balance=None, blur_px2=0.0,
         level={"lamp": np.array([0.9, 1.0, 1.1])},
     )  # fmt: skip
     even = channels_alike(base)

@@ -51,6 +51,7 @@ BASE = Base(
     dark_e_per_s=0.0,
     shown_e_per_s=0.0,
     dark_spread2=0.0,
+    dark_uneven=0.0,
     clamp_e2=0.0,
     arithmetic=0,
     white_balance=None,

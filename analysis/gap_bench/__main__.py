@@ -20,7 +20,9 @@ from analysis.gap_bench.cases import all_cases
 from analysis.gap_bench.count import lines
 from analysis.gap_bench.page import confusions, limits_table, table
 from analysis.gap_bench.run import Place, latest, read_limits, read_results, run_bench
+from foundation.cores import cores
 from foundation.errors import InputError
+from foundation.jobs import PROCESSES
 from foundation.output import new_file
 
 OUT = Path("camtruth-out/gap-bench")
@@ -41,8 +43,10 @@ def main() -> int:
     parser.add_argument("--cases", type=int, help="only the first so many")
     parser.add_argument("--kind", choices=["null", "effect", "withheld", "pair"])
     parser.add_argument("--minutes", type=float, help="begin no case after so many")
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--scheduler")
+    parser.add_argument("--workers", type=int, default=cores(), help="cases at once; one a core")
+    parser.add_argument(
+        "--scheduler", default=PROCESSES, help="of a cluster; processes here if not"
+    )
     parser.add_argument("--no-unfitted", action="store_true", help="leave out nulls uncalibrated")
     parser.add_argument("--results", type=Path, help="file of cases; the latest by default")
     options = parser.parse_args()
@@ -61,7 +65,7 @@ def main() -> int:
                 kind=options.kind,
                 unfitted=not options.no_unfitted,
                 minutes=options.minutes,
-                threads=options.threads,
+                workers=options.workers,
                 scheduler=options.scheduler,
                 say=lambda words: print(words, flush=True),
             )

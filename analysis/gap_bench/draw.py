@@ -49,8 +49,12 @@ INTERVAL_S = 0.0667
 
 
 ARITHMETICS = 4
-UNEVEN = (0.0, 0.2)
-"""Spread of dark current over the photosites, relative to its mean."""
+UNEVEN = (0.0, 0.6)
+"""Spread of dark current over the photosites, relative to its mean; log-normal in every other
+camera."""
+
+BLACK_PIXELS = (150.0, 10_000.0)
+"""Optically black pixels that the clamp of every other camera averages; others have no noise."""
 
 
 def middle(height: int, width: int) -> Camera:
@@ -72,6 +76,8 @@ def middle(height: int, width: int) -> Camera:
         shown=0.0,
         arithmetic=0,
         uneven=0.0,
+        log_normal=False,
+        black_pixels=np.inf,
     )
 
 
@@ -99,6 +105,8 @@ def random_camera(number: int, height: int, width: int) -> Camera:
         shown=even(0.0, 1.0),
         arithmetic=int(draw.integers(ARITHMETICS)),
         uneven=even(*UNEVEN),
+        log_normal=bool(draw.integers(2)),
+        black_pixels=log(*BLACK_PIXELS) if draw.integers(2) else np.inf,
     )
 
 
@@ -116,7 +124,10 @@ def _camera(
     shown: float,
     arithmetic: int,
     uneven: float,
+    log_normal: bool,
+    black_pixels: float,
 ) -> Camera:
+    read_e = read_dn / gain.G
     plain = dataclasses.replace(
         load(CAMERA).resized(height, width),
         gain_dn_per_e=gain,
@@ -126,11 +137,17 @@ def _camera(
     return plain.plus(
         Prnu(ratio=prnu),
         Fpn(sigma_e=fpn_dn / gain.G),
-        ReadNoise(reset_e=0.0, other_e=0.0, thermal_e=read_dn / gain.G),
+        ReadNoise(
+            reset_e=0.0,
+            other_e=0.0,
+            thermal_e=read_e,
+            clamp_e=read_e / float(np.sqrt(black_pixels)),
+        ),
         DarkShot(
             current_e_per_s=dark_e_per_s,
             shown_e_per_s=shown * dark_e_per_s,
             spread_e_per_s=uneven * dark_e_per_s,
+            uneven=uneven if log_normal else 0.0,
         ),
         Demosaic(arithmetic=float(arithmetic)),
     )

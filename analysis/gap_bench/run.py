@@ -39,8 +39,8 @@ from sensor.catalogue import effect
 SCENE = "chart"
 FORMAT = "camtruth-gap-bench/1"
 
-PIECE = 4
-"""Cases for each thread between two looks at the clock."""
+PIECE = 12
+"""Cases for each worker between two looks at the clock: at its end some of them wait for others."""
 
 Say = Callable[[str], None]
 
@@ -136,7 +136,7 @@ def run_bench(
     kind: str | None = None,
     unfitted: bool = True,
     minutes: float | None = None,
-    threads: int = 1,
+    workers: int = 1,
     scheduler: str | None = None,
     say: Say = print,
     diagnosis: Diagnose = diagnose,
@@ -149,8 +149,8 @@ def run_bench(
         kind: only nulls, effects, withheld effects or pairs.
         unfitted: judge nulls without calibration as well.
         minutes: begin no case after so many.
-        threads: cases at once.
-        scheduler: address of a Dask scheduler; this process by default.
+        workers: cases at once.
+        scheduler: address of a Dask scheduler, or `PROCESSES`; this process by default.
         say: told what is done.
         diagnosis: what is examined.
 
@@ -188,7 +188,7 @@ def run_bench(
     results: dict[str, dict[str, Any]] = {}
     piece = max(len(keys), 1)
     if minutes is not None:
-        piece = 1 if threads == 1 and scheduler is None else PIECE * threads
+        piece = 1 if workers == 1 and scheduler is None else PIECE * workers
     for start in range(0, len(keys), piece):
         if minutes is not None and time.monotonic() - began > 60 * minutes:
             break
@@ -197,7 +197,7 @@ def run_bench(
             {key: chosen[key] for key in keys[start : start + piece]},
             shared=bench,
             scheduler=scheduler,
-            threads=threads,
+            threads=workers,
             journal=place.results,
             question=f"gap bench {place.size} seed {place.seed}",
             progress=progress,

@@ -84,6 +84,7 @@ def base_of(camera: Camera, lamps: Sequence[str]) -> Base:
         dark_e_per_s=0.0 if dark is None else dark.current_e_per_s,
         shown_e_per_s=0.0 if dark is None else dark.shown_e_per_s,
         dark_spread2=0.0 if dark is None else dark.spread_e_per_s**2,
+        dark_uneven=0.0 if dark is None else dark.uneven,
         clamp_e2=0.0 if read is None else read.clamp_e**2,
         arithmetic=IN_FRACTIONS if filled is None else int(filled.arithmetic),
         white_balance=None,

@@ -166,9 +166,12 @@ def solve(
     from camtruth.blind.answering import OURS
     from camtruth.blind.answering import solve as answer_all
     from camtruth.blind.format import beside, read_set
+    from foundation.jobs import PROCESSES
     from foundation.output import CHECKSUMS, sha256
 
     total = len(read_set(folder).case)
+    # two diagnoses in one process wait for each other; what a user's solver prints is held here
+    apart = None if ":" in solver else PROCESSES
     ending = (
         "answers"
         if solver == OURS
@@ -182,7 +185,7 @@ def solve(
             solver=solver,
             resume=resume,
             overwrite=overwrite,
-            scheduler=scheduler,
+            scheduler=scheduler or apart,
             progress=advance,
         )
     click.echo(f"{place}: {total} answers, sealed by {sha256(place / CHECKSUMS)}")

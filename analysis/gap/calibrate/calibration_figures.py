@@ -55,6 +55,9 @@ def calibration_figures(known: Fit, errors: Floats) -> dict[str, dict[str, Figur
         error, value = by_knob.get((knob, None)), variance**0.5
         se = None if error is None or value == 0 else error / (2 * value)
         found[name] = {"all": Figure(value=value, se=se, unit=unit)}
+    found["dark_current_uneven"] = {
+        "all": Figure(value=base.dark_uneven, se=by_knob.get(("uneven", None)), unit="1")
+    }
     found["blur"] = {
         "all": Figure(value=base.blur_px2, se=by_knob.get(("blur", None)), unit="px^2")
     }

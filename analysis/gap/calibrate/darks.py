@@ -98,6 +98,7 @@ class Darks:
         black_dn, mean_dn_per_s: of the mean.
         read_dn2, variance_dn2_per_s: of the variance in time, without that of rounding.
         fpn_dn2: variance of the fixed offsets.
+        pattern_dn2_per_s2: of the pattern's variance over the square of the exposure.
     """
 
     black_dn: Floats
@@ -105,6 +106,7 @@ class Darks:
     read_dn2: Floats
     variance_dn2_per_s: Floats
     fpn_dn2: Floats
+    pattern_dn2_per_s2: Floats
 
     def mean_dn(self, exposure_s: Floats | float) -> Floats:
         """Of dark frames of an exposure, or of several: (n, channels)."""
@@ -130,6 +132,7 @@ class Darks:
             read_dn2=zero + read_dn2,
             variance_dn2_per_s=zero,
             fpn_dn2=zero + 0.01,
+            pattern_dn2_per_s2=zero,
         )
 
     @staticmethod
@@ -149,9 +152,11 @@ class Darks:
         ])  # fmt: skip
         first, last = int(np.argmin(exposure_s)), int(np.argmax(exposure_s))
         black, read, fpn = seen[first].T
-        slope, growth = np.zeros_like(black), np.zeros_like(read)
+        slope, growth, spread = np.zeros_like(black), np.zeros_like(read), np.zeros_like(fpn)
         if exposure_s[last] > FAR_ENOUGH * exposure_s[first]:
-            slope, growth, _ = (seen[last] - seen[first]).T / (exposure_s[last] - exposure_s[first])
+            slope, growth, spread = (seen[last] - seen[first]).T / np.array(
+                [[exposure_s[last] ** n - exposure_s[first] ** n] for n in (1, 1, 2)]
+            )
         growth = np.clip(growth, 0.0, 0.9 * read / max(float(exposure_s[first]), 1e-9))
         return Darks(
             black_dn=black - slope * exposure_s[first],
@@ -159,6 +164,7 @@ class Darks:
             read_dn2=read - growth * exposure_s[first],
             variance_dn2_per_s=growth,
             fpn_dn2=fpn,
+            pattern_dn2_per_s2=spread,
         )
 
 
@@ -194,7 +200,12 @@ def darks_by_light(seen: Observation, scenery: Scenery) -> Darks | None:
     black, read, fpn = np.array(found).T
     zero = np.zeros_like(black)
     return Darks(
-        black_dn=black, mean_dn_per_s=zero, read_dn2=read, variance_dn2_per_s=zero, fpn_dn2=fpn
+        black_dn=black,
+        mean_dn_per_s=zero,
+        read_dn2=read,
+        variance_dn2_per_s=zero,
+        fpn_dn2=fpn,
+        pattern_dn2_per_s2=zero,
     )
 
 

@@ -81,7 +81,8 @@ def first_guess(
         black_dn=dark.black_dn,
         dark_e_per_s=_charge(dark.variance_dn2_per_s / gain**2, 0.0),
         shown_e_per_s=_charge(dark.mean_dn_per_s / gain, -MOST_DARK_E_PER_S),
-        dark_spread2=dark_spread2(seen, exposure, pattern / gain**2, noise / gain**2),
+        dark_spread2=dark_spread2(seen, exposure, dark, gain),
+        dark_uneven=0.0,
         clamp_e2=0.0,
         arithmetic=arithmetic,
         white_balance=None,
@@ -98,9 +99,7 @@ SPREADS = 2.0
 noise. Where it is not, the figure stays 0 and is no direction of calibration."""
 
 
-def dark_spread2(
-    seen: Observation, exposure_s: Floats, pattern_e2: Floats, noise_e2: Floats
-) -> float:
+def dark_spread2(seen: Observation, exposure_s: Floats, dark: Darks, gain: Floats) -> float:
     """Variance of dark current over the photosites in e-^2/s^2, by the growth of the pattern from
     the shortest dark to the longest; 0 where it is lost in errors, or there is but one exposure.
 
@@ -110,22 +109,24 @@ def dark_spread2(
     Args:
         seen: the capture.
         exposure_s: of its shots.
-        pattern_e2, noise_e2: variances, (shots, channels).
+        dark: what its darks show.
+        gain: in DN/e-, (channels,).
     """
     darks = [k for k, label in enumerate(seen.shots) if label not in seen.lit]
     if len(darks) < 2:
         return 0.0
-    shortest, longest = (choose(darks, key=lambda k: exposure_s[k]) for choose in (min, max))
-    lever = float(exposure_s[longest] ** 2 - exposure_s[shortest] ** 2)
+    ends = np.array([choose(exposure_s[darks]) for choose in (np.max, np.min)])[:, None]
+    lever = float(ends[0, 0] ** 2 - ends[1, 0] ** 2)
     if lever <= 0:
         return 0.0
     size = seen.samples * seen.means.shape[-1]
     frames = seen.frames * seen.groups
-    ends = [longest, shortest]
-    whole = np.maximum(pattern_e2[ends], 0.0)
-    variance = (np.square(whole + 2 * noise_e2[ends] / frames) + np.square(whole)).sum(axis=0)
+    spread = dark.pattern_dn2_per_s2 / gain**2
+    whole = np.maximum(dark.fpn_dn2 / gain**2 + spread * (np.square(ends) - ends[1] ** 2), 0.0)
+    noise = (dark.read_dn2 + dark.variance_dn2_per_s * ends) / gain**2
+    variance = (np.square(whole + 2 * noise / frames) + np.square(whole)).sum(axis=0)
     weight = size / variance
-    grown = float(weight @ (pattern_e2[longest] - pattern_e2[shortest]) / weight.sum())
+    grown = float(weight @ spread / weight.sum()) * lever
     return grown / lever if grown > SPREADS / float(np.sqrt(weight.sum())) else 0.0
 
 

@@ -33,6 +33,9 @@ is long beside the noise ends in another phase of the rounding."""
 
 BLUR_STEP_PX2 = 0.2
 
+UNEVEN_STEP = 0.3
+"""Step of the law of dark currents: a skewness of 0.9."""
+
 PART_OF_HIDDEN = 0.6
 """Step of a pattern's variance, as a part of the noise in time of one frame."""
 
@@ -111,6 +114,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         noise_e2 = float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 1.0
         spread = 0.6 * base.dark_spread2 + hidden * noise_e2 / longest**2
         knobs.append(Knob(name="spread", channel=None, step=spread))
+        knobs.append(Knob(name="uneven", channel=None, step=UNEVEN_STEP))
     if base.clamp_e2 > 0:
         knobs.append(Knob(name="clamp", channel=None, step=0.6 * base.clamp_e2))
     return tuple(knobs)

@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 
 
 MOST_DARK_E_PER_S = 9e4
+MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
 
 FEWEST_BLACK = 100
@@ -45,6 +46,7 @@ class Base:
         dark_e_per_s: dark current, which brings its shot noise.
         shown_e_per_s: the part of its mean that grows in the frames with the exposure.
         dark_spread2: its variance over the photosites, in e-^2/s^2.
+        dark_uneven: u of the law that it follows there; see `DarkShot`.
         clamp_e2: variance of what the pixels of a frame share, in e-^2: the clamp's own noise.
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
         white_balance: of whole codes, behind it; None without. Gains, levels and variances above
@@ -62,6 +64,7 @@ class Base:
     dark_e_per_s: float
     shown_e_per_s: float
     dark_spread2: float
+    dark_uneven: float
     clamp_e2: float
     arithmetic: int
     white_balance: WhiteBalance | None
@@ -72,7 +75,8 @@ class Base:
         """The base with one figure changed; variances stay above zero, `gain` and `level` factors.
 
         Args:
-            name: gain, read, fpn, prnu, black, dark, shown, spread, clamp, blur, or level:LAMP.
+            name: gain, read, fpn, prnu, black, dark, shown, spread, uneven, clamp, blur, or
+                level:LAMP.
             channel: index of the channel; None for all, and for figures without one.
             by: logarithm of the factor for gain and level; the addition for all others.
         """
@@ -103,6 +107,9 @@ class Base:
                 return dataclasses.replace(self, shown_e_per_s=shown)
             case "spread":
                 return dataclasses.replace(self, dark_spread2=max(self.dark_spread2 + by, 0.0))
+            case "uneven":
+                uneven = float(np.clip(self.dark_uneven + by, 0.0, MOST_UNEVEN))
+                return dataclasses.replace(self, dark_uneven=uneven)
             case "clamp":
                 clamp = float(np.clip(self.clamp_e2 + by, 0.0, self.most_of_a_clamp_e2))
                 return dataclasses.replace(self, clamp_e2=clamp)
@@ -161,6 +168,7 @@ def camera_of(base: Base, body: Body) -> Camera:
             "current_e_per_s": base.dark_e_per_s,
             "shown_e_per_s": base.shown_e_per_s,
             "spread_e_per_s": min(base.dark_spread2**0.5, MOST_DARK_E_PER_S),
+            "uneven": base.dark_uneven,
         },
         "photon_shot": {},
         "fpn": {"sigma_e": colours(np.clip(np.sqrt(base.fpn_dn2) / gain, 0, 1000))},
