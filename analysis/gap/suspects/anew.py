@@ -30,6 +30,10 @@ SCATTERS = 0.5
 """Part of the misfit by the errors of a model without a suspect that is left by its own, where it
 makes bodies differ."""
 
+BEHIND = 2.0
+"""Times the misfit of a suspect that was calibrated before, from which one that leaves more after
+its likeliest way is not sent on any other."""
+
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
 
@@ -39,6 +43,7 @@ def anew(
     found: Candidate,
     first: Effect,
     told: Told | None = None,
+    to_beat: float = np.inf,
 ) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.
 
@@ -50,6 +55,7 @@ def anew(
         found: the suspect as it was fitted so far.
         first: as the search for it began; taken up again where the pursuit led nowhere.
         told: what the frames tell of it.
+        to_beat: misfit of the best of those that were calibrated before.
     """
     known = case.known
 
@@ -130,6 +136,6 @@ def anew(
         # the widest model leaves least, and is not the likeliest
         if left.deviance < likeliest.deviance:
             best, likeliest = other, left
-        if likeliest.misfit <= ENOUGH:
+        if likeliest.misfit <= ENOUGH or likeliest.misfit > BEHIND * to_beat:
             break
     return best

@@ -68,10 +68,11 @@ def attribute(
         e for e in first if e.name in told and (not case.known.effects or e.score > WORTH_A_LOOK)
     ]
     at_strength = _at_strength(case, [e for e in first if e not in evident], watch)
-    by_word = []
+    by_word: list[Candidate] = []
     for found in evident:
         watch(found.name)
-        by_word.append(anew(case, _as_it_is(case, found), found.effect, told[found.name]))
+        so_far = min((c.misfit for c in by_word), default=np.inf)
+        by_word.append(anew(case, _as_it_is(case, found), found.effect, told[found.name], so_far))
     by_search = _pursued(case, at_strength, by_word, watch)
     by_following = judged(case, [*by_word, *by_search], _unexplained(case))
     as_adapted = [_as_adapted(case, a) for a in at_strength]
@@ -132,7 +133,8 @@ def _pursued(
         rival = leads or pursued.score > RIVAL * most
         if rival and pursued.misfit <= FAR_WORSE * without:
             watch(one.nearest.name)
-            found[place] = anew(case, pursued, one.nearest.effect)
+            so_far = min((c.misfit for c in [*by_word, *found[:place]]), default=np.inf)
+            found[place] = anew(case, pursued, one.nearest.effect, to_beat=so_far)
     return found
 
 

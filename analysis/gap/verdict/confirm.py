@@ -22,6 +22,10 @@ effect that closes the gap alone is likelier than two that do it together."""
 
 MOST_RIVALS = 2
 
+TOO_MUCH_LEFT = 2.0
+"""Misfit from which a rival is not tried, unless it makes bodies differ: it would leave far more
+than chance."""
+
 NEARLY_CLOSED = 1e-3
 """What a rival may leave where the best leaves something beyond doubt."""
 
@@ -130,4 +134,8 @@ def _step(setting: Setting, choice: Choice, model: Fit) -> Step:
 def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Suspects behind the best that are worth a second look."""
     least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
-    return [c for c in candidates[1:] if c.score > least][:MOST_RIVALS]
+    return [
+        c
+        for c in candidates[1:]
+        if c.score > least and (c.misfit < TOO_MUCH_LEFT or c.model is not None)
+    ][:MOST_RIVALS]
