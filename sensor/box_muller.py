@@ -19,10 +19,8 @@ import drjit as dr
 import numpy as np
 
 from sensor.philox import Words
-
-_ROOT_HALF = 0x3F3504F3
-"""sqrt(1/2) as the bits of a float32: where the mantissa's range is cut."""
-
+from sensor.polynomials import horner, interpolated
+from sensor.powers import split
 
 def normals(four: Words) -> list[Any]:
     """Four standard normal numbers from four words."""
@@ -36,44 +34,26 @@ def _pair(turn: Any, height: Any) -> tuple[Any, Any]:
     bits: Any = dr.reinterpret_array
     logarithm, sine, cosine = _polynomials()
 
-    # u = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2)
-    u = dr.fma(number(~height), number(2.0**-32), number(2.0**-33))
-    above = bits(signed, u) - _ROOT_HALF
-    f = bits(number, (above & 0x7FFFFF) + _ROOT_HALF) - 1.0
-    ln_part = f * _horner(logarithm, f)
-    r = dr.sqrt(dr.fma(number(above >> 23), number(-2.0 * math.log(2.0)), ln_part))
+    e, f = split(dr.fma(number(~height), number(2.0**-32), number(2.0**-33)))
+    r = dr.sqrt(dr.fma(e, number(-2.0 * math.log(2.0)), f * horner(logarithm, f)))
 
     # theta = pi/2 t, plus pi where the upper two bits of v differ: both numbers change their sign
     double = turn << 1
     r = bits(number, bits(kind, r) ^ ((turn ^ double) & 0x80000000))
     t = number(bits(signed, double)) * 2.0**-31
     square = t * t
-    return r * _horner(cosine, square), r * t * _horner(sine, square)
-
-
-def _horner(coefficients: tuple[float, ...], x: Any) -> Any:
-    kind: Any = type(x)
-    total = kind(coefficients[-1])
-    for coefficient in coefficients[-2::-1]:
-        total = dr.fma(total, x, kind(coefficient))
-    return total
+    return r * horner(cosine, square), r * t * horner(sine, square)
 
 
 @cache
 def _polynomials() -> tuple[tuple[float, ...], ...]:
     """Coefficients from the constant up.
 
-    -2 ln(1+f)/f in f, sin(pi t/2)/t in t^2, cos(pi t/2) in t^2: interpolated at Chebyshev nodes,
-    which is within a small factor of the best polynomial there is.
+    -2 ln(1+f)/f in f, sin(pi t/2)/t in t^2, cos(pi t/2) in t^2.
     """
     low, high = math.sqrt(0.5) - 1.0, math.sqrt(2.0) - 1.0
     return (
-        _interpolated(lambda f: -2.0 * np.log1p(f) / f, low, high, 8),
-        _interpolated(lambda x: np.sin(np.pi / 2 * np.sqrt(x)) / np.sqrt(x), 0.0, 1.0, 4),
-        _interpolated(lambda x: np.cos(np.pi / 2 * np.sqrt(x)), 0.0, 1.0, 5),
+        interpolated(lambda f: -2.0 * np.log1p(f) / f, low, high, 8),
+        interpolated(lambda x: np.sin(np.pi / 2 * np.sqrt(x)) / np.sqrt(x), 0.0, 1.0, 4),
+        interpolated(lambda x: np.cos(np.pi / 2 * np.sqrt(x)), 0.0, 1.0, 5),
     )
-
-
-def _interpolated(function: Any, low: float, high: float, degree: int) -> tuple[float, ...]:
-    series = np.polynomial.Chebyshev.interpolate(function, degree, domain=[low, high])
-    return tuple(float(c) for c in series.convert(kind=np.polynomial.Polynomial).coef)

@@ -8,6 +8,8 @@ from typing import Any, ClassVar
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.limits import at_least
+from sensor.powers import power
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -64,7 +66,7 @@ class Gamma(Effect):
 
         def bent(value: Any) -> Any:
             x = (value - origin) * (1.0 / span)
-            curve = dr.power(dr.maximum(x, toe), exponent)
+            curve = power(at_least(x, toe), exponent)
             return origin + span * dr.select(x > toe, curve, x * slope)
 
         return signal.pointwise(bent)
