@@ -22,6 +22,7 @@ from sensor.philox import Words
 from sensor.polynomials import horner, interpolated
 from sensor.powers import split
 
+
 def normals(four: Words) -> list[Any]:
     """Four standard normal numbers from four words."""
     return [*_pair(four[0], four[2]), *_pair(four[1], four[3])]

@@ -91,9 +91,9 @@ class Runs:
         first: first column of each run.
     """
 
-    def __init__(self, signal: Signal) -> None:
+    def __init__(self, signal: Signal, longest: int = 8) -> None:
         frames, self.height, self.width = signal.shape
-        self.length = run_length(signal.backend.arrays, self.width)
+        self.length = min(longest, run_length(signal.backend.arrays, self.width))
         self.flat = signal.value.array
         dr.eval(self.flat)
         index = dr.uint32_array_t(type(self.flat))

@@ -10,6 +10,8 @@ import drjit as dr
 from sensor.effect import Effect, Stage, parameter
 from sensor.limits import at_least, lesser
 from sensor.neighbours import Runs, interleaved
+from sensor.planes import Planes
+from sensor.powers import power
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -63,51 +65,49 @@ class ChargeTransferInefficiency(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        shifted = self._down(signal, self.vertical_per_transfer)
-        return self._across(shifted, self.horizontal_per_transfer)
+        across = self._across(*self._down(signal))
+        made = Planes(colours=(across,), shape=signal.shape, arrays=signal.backend.arrays)
+        return signal.replace(made)
 
-    def _down(self, signal: Signal, per_transfer: float) -> Signal:
-        """The charge after the transfers down the columns; packets ahead are one row above."""
-        runs = Runs(signal)
-        transfers = type(runs.flat)(runs.row + 1) * per_transfer
-        before = type(runs.flat)(runs.row) * per_transfer  # none for the very first packet
-        here, ahead = runs.line(0)[1:-1], runs.line(-1)[1:-1]
-        return self._replaced(
-            signal,
-            [
-                own
-                - self._left(own, self._share(own), transfers)
-                + self._left(other, self._share(other), before)
-                for own, other in zip(here, ahead, strict=True)
-            ],
-        )
+    def _down(self, signal: Signal) -> tuple[Runs, list[Any]]:
+        """Runs after the transfers down the columns, and the pixel to the left of each.
 
-    def _across(self, signal: Signal, per_transfer: float) -> Signal:
-        """The charge after the transfers along the rows; packets ahead stand to the left."""
-        runs = Runs(signal)
-        line = runs.line(0)[:-1]
-        shares = [self._share(charge) for charge in line]
-        after = []
-        for k in range(runs.length):
-            transfers = type(runs.flat)(runs.first + (k + 1)) * per_transfer
-            before = type(runs.flat)(runs.first + k) * per_transfer
-            lost = self._left(line[k + 1], shares[k + 1], transfers)
-            after.append(line[k + 1] - lost + self._left(line[k], shares[k], before))
-        return self._replaced(signal, after)
+        What a packet leaves is gone from it and found by the one behind, a row below.
+        """
+        planes = signal.planes
+        parts = planes.colours[0]
+        index = dr.uint32_array_t(type(parts[0]))
+        lane = dr.arange(index, dr.width(parts[0]))
+        row = lane // (planes.shape[2] // len(parts)) % planes.shape[1]
+        transfers = type(parts[0])(row + 1) * self.vertical_per_transfer
+        lost = [self._left(charge, transfers) for charge in parts]
+        kept = [charge - left for charge, left in zip(parts, lost, strict=True)]
+        held = [
+            signal.replace(type(signal.value)(interleaved(n), signal.shape)) for n in (kept, lost)
+        ]
+        dr.eval([part.value for part in held])
+        runs, behind = (Runs(part, longest=4) for part in held)
+        first_row = runs.row == 0
+        return runs, [
+            own + dr.select(first_row, 0.0, found)
+            for own, found in zip(runs.line(0)[:-1], behind.line(-1)[:-1], strict=True)
+        ]
 
-    def _replaced(self, signal: Signal, runs: list[Any]) -> Signal:
-        return signal.replace(type(signal.value)(interleaved(runs), signal.shape))
+    def _across(self, runs: Runs, charges: list[Any]) -> tuple[Any, ...]:
+        """The same along the rows."""
+        first = type(runs.flat)(runs.first)
+        lost = [
+            self._left(charge, (first + float(k)) * self.horizontal_per_transfer)
+            for k, charge in enumerate(charges)
+        ]
+        return tuple(charges[k] - lost[k] + lost[k - 1] for k in range(1, len(charges)))
 
-    def _share(self, charge: Any) -> Any:
-        """How the share that stays behind at a transfer differs from that of `REFERENCE_E`."""
-        if self.beta == 1.0:
-            return 1.0
-        packet = at_least(charge, 1.0) * (1 / REFERENCE_E)
-        return dr.exp2((self.beta - 1.0) * dr.log2(packet))
-
-    def _left(self, charge: Any, share: Any, transfers: Any) -> Any:
-        """Charge that packets leave behind in transfers of so many times the share, together."""
-        return charge * lesser(transfers * share, 0.5)
+    def _left(self, charge: Any, share: Any) -> Any:
+        """Charge that packets leave behind, where those of `REFERENCE_E` leave such a share."""
+        if self.beta < 1.0:
+            packet = at_least(charge, 1.0) * (1 / REFERENCE_E)
+            share = share * power(packet, self.beta - 1.0)
+        return charge * lesser(share, 0.5)
 
 
 REFERENCE_E = 10_000.0
