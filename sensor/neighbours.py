@@ -104,25 +104,27 @@ class Runs:
         frame = line // self.height
         self.row = line - frame * self.height
         self.start = frame * self.height
-        self.left = mirrored(self.first, -1, self.width)
-        self.right = mirrored(self.first + (self.length - 1), 1, self.width)
 
     def odd_column(self, k: int) -> Any:
         """Whether column k of the runs is an odd one of the image."""
-        return k % 2 == 1 if self.length > 1 else (self.first & 1) == 1
+        return k % 2 == 1 if self.length > 1 else ((self.first + k % 2) & 1) == 1
 
-    def line(self, dy: int) -> list[Any]:
-        """The row dy below: the pixel left of the run, its own, and the one right of it."""
+    def line(self, dy: int, beside: int = 1) -> list[Any]:
+        """The row dy below: so many pixels left of the run, its own, and as many right of it."""
         row = mirrored(self.row, dy, self.height) if dy else self.row
         start = (self.start + row) * self.width
-        left, right = (
-            dr.gather(type(self.flat), self.flat, start + x) for x in (self.left, self.right)
+        left = [mirrored(self.first, -k, self.width) for k in range(beside, 0, -1)]
+        last = self.first + (self.length - 1)
+        right = [mirrored(last, k, self.width) for k in range(1, beside + 1)]
+        before, after = (
+            [dr.gather(type(self.flat), self.flat, start + x) for x in side]
+            for side in (left, right)
         )
         if self.length == 1:
             own = [dr.gather(type(self.flat), self.flat, start + self.first) if dy else self.flat]
         else:
             own = fetched(self.flat, (start + self.first) // self.length, self.length)
-        return [left, *own, right]
+        return [*before, *own, *after]
 
 
 def interleaved(planes: list[Any]) -> Any:

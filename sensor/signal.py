@@ -15,7 +15,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -26,6 +26,9 @@ from sensor.colours import CHANNELS, Colours
 from sensor.neighbours import fetched
 from sensor.planes import Planes
 from sensor.protocol import Shot
+
+if TYPE_CHECKING:
+    from sensor.interpolation import Interpolated
 
 
 class Quantity(Enum):
@@ -90,6 +93,7 @@ class Signal:
         clamp_e: mean dark charge in e- that the optical-black clamp takes off before conversion.
         backend: where the arithmetic runs.
         least: a bound that no number lies below, where somebody has looked.
+        interpolated: where the numbers are colours that were just made of a mosaic, how.
     """
 
     numbers: Any
@@ -101,10 +105,13 @@ class Signal:
     rates: Mapping[str, NDArray[np.float32]] = dataclasses.field(default_factory=dict)
     clamp_e: float = 0.0
     least: float | None = None
+    interpolated: Interpolated | None = None
 
     def replace(self, value: Any, **changes: Any) -> Signal:
         """The same signal with other numbers: a tensor, or planes."""
-        return dataclasses.replace(self, numbers=value, **{"least": None, **changes})
+        return dataclasses.replace(
+            self, numbers=value, **{"least": None, "interpolated": None, **changes}
+        )
 
     def looked_at(self) -> Signal:
         """The same signal, its least number known. Waits for the arithmetic, hence once a shot."""

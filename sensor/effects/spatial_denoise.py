@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.interpolation import Row
 from sensor.neighbours import Neighbours, Runs, interleaved
+from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -71,15 +72,19 @@ class SpatialDenoise(Effect):
         diagonal = dr.opaque(number, self.diagonal)
 
         def smooth(own: Any, around: list[Any]) -> Any:
-            total, alike = own * 0.0, own * 0.0 + 1.0
+            straight, oblique = (own * 0.0, own * 0.0), (own * 0.0, own * 0.0)
             for (dy, dx), other in zip(_AROUND, around, strict=True):
                 difference = other - own
-                weight = dr.select(
-                    dr.abs(difference) < threshold, diagonal if dy and dx else 1.0, 0.0
+                alike = dr.abs(difference) < threshold
+                total, count = oblique if dy and dx else straight
+                more = (
+                    dr.select(alike, total + difference, total),
+                    dr.select(alike, count + 1.0, count),
                 )
-                total += weight * difference
-                alike += weight
-            return own + strength * total / alike
+                straight, oblique = (straight, more) if dy and dx else (more, oblique)
+            total = dr.fma(diagonal, oblique[0], straight[0])
+            count = dr.fma(diagonal, oblique[1], straight[1] + 1.0)
+            return own + strength * total / count
 
         if not signal.coloured:
             near = Neighbours(signal)
@@ -87,16 +92,25 @@ class SpatialDenoise(Effect):
             around = [near.flat_at(dy * step, dx * step) for dy, dx in _AROUND]
             smoothed = smooth(near.flat_at(0, 0), around)
             return signal.replace(type(signal.value)(smoothed, signal.shape))
-        planes = signal.planes
-        colours = []
-        for parts in planes.colours:
-            plane = signal.backend.arrays.TensorXf(interleaved(list(parts)), signal.shape[:3])
-            runs = Runs(signal.replace(plane))
-            lines = [runs.line(dy) for dy in (-1, 0, 1)]
-            colours.append(
-                tuple(
-                    smooth(lines[1][k + 1], [lines[dy + 1][k + 1 + dx] for dy, dx in _AROUND])
-                    for k in range(runs.length)
-                )
+        rows = signal.interpolated.rows(1) if signal.interpolated else _rows(signal)
+        length = len(rows[0][0]) - 2
+        colours = tuple(
+            tuple(
+                smooth(rows[1][c][k], [rows[1 + dy][c][k + dx] for dy, dx in _AROUND])
+                for k in range(1, length + 1)
             )
-        return signal.replace(dataclasses.replace(planes, colours=tuple(colours)))
+            for c in range(3)
+        )
+        return signal.replace(
+            Planes(colours=colours, shape=signal.shape, arrays=signal.backend.arrays)
+        )
+
+
+def _rows(signal: Signal) -> list[Row]:
+    """Three colours of the rows about each run, of numbers that lie in memory for it."""
+    flats = [interleaved(list(parts)) for parts in signal.planes.colours]
+    dr.eval(flats)
+    tensor = signal.backend.arrays.TensorXf
+    runs = [Runs(signal.replace(tensor(flat, signal.shape[:3]))) for flat in flats]
+    red, green, blue = runs
+    return [(red.line(dy), green.line(dy), blue.line(dy)) for dy in (-1, 0, 1)]
