@@ -36,7 +36,10 @@ class Film:
     def of(cls, signal: Signal) -> Film:
         """The frames of a signal."""
         planes = signal.planes
-        flats = tuple(interleaved(list(parts)) for parts in planes.colours)
+        if signal.coloured:
+            flats = tuple(interleaved(list(parts)) for parts in planes.colours)
+        else:
+            flats = (signal.value.array,)
         dr.eval(flats)
         return cls(planes=planes, flats=flats)
 
@@ -47,8 +50,10 @@ class Film:
         camera cuts off. The additions for a frame are the same in any batch.
         """
         one = _in_numpy if not dr.is_jit_v(self.flats[0]) else _in_a_loop
-        frames = self.planes.shape[0]
-        return self._numbers([one(flat, frames, weights, step) for flat in self.flats])
+        made = [one(flat, self.planes.shape[0], weights, step) for flat in self.flats]
+        if len(made) == 1:
+            return self.planes.arrays.TensorXf(made[0], self.planes.shape)
+        return self._numbers(made)
 
     def shown(self, source: Callable[[Any], Any]) -> Any:
         """Numbers for a signal: in place of each frame the one that `source` makes of its index."""
