@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import drjit as dr
 
+from sensor.sampled import Sampled
 from sensor.signal import Quantity, Signal
 
 
@@ -12,9 +13,13 @@ def expose(signal: Signal) -> Signal:
 
     electrons(y, x) = rate(y, x, colour of (y, x)) x exposure: a mean, before its shot noise.
     """
+    exposure_s = float(signal.shot.exposure_s)
+    if isinstance(signal.numbers, Sampled):
+        seen = signal.replace(signal.numbers.mosaic(signal.format.cfa))
+        return seen.pointwise(lambda rate: rate * exposure_s, quantity=Quantity.ELECTRONS)
     f, height, width, _ = signal.shape
     flat = signal.value.array
-    charge = dr.gather(type(flat), flat, signal.mosaic_index()) * float(signal.shot.exposure_s)
+    charge = dr.gather(type(flat), flat, signal.mosaic_index()) * exposure_s
     value = type(signal.value)(charge, (f, height, width))
     return signal.replace(value, quantity=Quantity.ELECTRONS)
 

@@ -81,7 +81,7 @@ class Interpolated:
     def _row(self, runs: Runs, lines: list[list[Any]], dy: int) -> Row:
         """Colours of the row dy below, from its samples and those above and below it."""
         above, here, below = lines
-        odd_row = ((runs.row + (dy & 1)) & 1) == 1
+        odd_row = ((runs.places.row + (dy & 1)) & 1) == 1
         sources, whole = _sources(self.mosaic.format.cfa), WHOLE[self.arithmetic]
         colours: Row = ([], [], [])
         for k in range(len(here) - 2):
@@ -92,7 +92,7 @@ class Interpolated:
             diagonal = (across_above + across_below) * 0.5
             means = (across, down, (across + down) * 0.5, diagonal)
             candidates = (here[k + 1], *map(whole, means))
-            odd_column = runs.odd_column(k - (len(here) - 2 - runs.length) // 2)
+            odd_column = runs.places.odd_column(k - (len(here) - 2 - runs.length) // 2)
             for columns, by_phase in zip(colours, sources, strict=True):
                 at = [candidates[source] for source in by_phase]
                 even = dr.select(odd_column, at[1], at[0])

@@ -79,6 +79,59 @@ def fetched(flat: Any, run: Any, length: int) -> list[Any]:
     return [n for k in range(fours) for n in dr.gather(pack, flat, run * fours + k)]
 
 
+def fetched_anywhere(flat: Any, place: Any, count: int) -> list[Any]:
+    """So many neighbouring numbers or a few more, from the whole four that a place lies in.
+
+    Args:
+        flat: where they are; evaluated.
+        place: where the first number is; for 3 numbers, which are fetched one by one.
+        count: 3, or 2 more than a number of fours; `moved_on` picks these.
+    """
+    singly = 3 if count == 3 else 1
+    last = [dr.gather(type(flat), flat, place + k) for k in range(count - singly, count)]
+    if count == 3:
+        return last
+    pack = importlib.import_module(type(flat).__module__).Array4f
+    fours = [dr.gather(pack, flat, place // 4 + k) for k in range(count // 4 + 1)]
+    return [*(n for four in fours for n in four), *last]
+
+
+def moved_on(numbers: list[Any], place: Any) -> list[Any]:
+    """Numbers of `fetched_anywhere` from the place on."""
+    if len(numbers) == 3:
+        return numbers
+    *held, last = numbers
+    for step in (2, 1):
+        further = (place & step) != 0
+        held = [dr.select(further, b, a) for a, b in zip(held, held[step:], strict=False)]
+    return [*held, last]
+
+
+class Places:
+    """Runs of neighbouring columns in the rows of frames, one run a lane.
+
+    Attributes:
+        length: columns in a run.
+        frame: frame of each run.
+        row: row of each run.
+        first: first column of each run.
+    """
+
+    def __init__(self, arrays: ModuleType, shape: tuple[int, ...], length: int) -> None:
+        frames, height, width = shape[:3]
+        self.length = length
+        runs = width // length
+        lane = dr.arange(dr.uint32_array_t(dr.array_t(arrays.TensorXf)), frames * height * runs)
+        line = lane // runs
+        self.first = (lane - line * runs) * length
+        self.frame = line // height
+        self.row = line - self.frame * height
+
+    def odd_column(self, k: int) -> Any:
+        """Whether column k of the runs is an odd one of the image."""
+        return k % 2 == 1 if self.length > 1 else ((self.first + k % 2) & 1) == 1
+
+
 class Runs:
     """Rows of a mosaic in runs of neighbouring columns, one run a lane.
 
@@ -87,43 +140,32 @@ class Runs:
 
     Attributes:
         length: columns in a run.
-        row: row of each run.
-        first: first column of each run.
+        places: where each run is.
     """
 
     def __init__(self, signal: Signal, longest: int = 8) -> None:
-        frames, self.height, self.width = signal.shape
+        _, self.height, self.width = signal.shape
         self.length = min(longest, run_length(signal.backend.arrays, self.width))
         self.flat = signal.value.array
         dr.eval(self.flat)
-        index = dr.uint32_array_t(type(self.flat))
-        runs = self.width // self.length
-        lane = dr.arange(index, frames * self.height * runs)
-        line = lane // runs
-        self.first = (lane - line * runs) * self.length
-        frame = line // self.height
-        self.row = line - frame * self.height
-        self.start = frame * self.height
-
-    def odd_column(self, k: int) -> Any:
-        """Whether column k of the runs is an odd one of the image."""
-        return k % 2 == 1 if self.length > 1 else ((self.first + k % 2) & 1) == 1
+        self.places = Places(signal.backend.arrays, signal.shape, self.length)
 
     def line(self, dy: int, beside: int = 1) -> list[Any]:
         """The row dy below: so many pixels left of the run, its own, and as many right of it."""
-        row = mirrored(self.row, dy, self.height) if dy else self.row
-        start = (self.start + row) * self.width
-        left = [mirrored(self.first, -k, self.width) for k in range(beside, 0, -1)]
-        last = self.first + (self.length - 1)
+        first, row = self.places.first, self.places.row
+        row = mirrored(row, dy, self.height) if dy else row
+        start = (self.places.frame * self.height + row) * self.width
+        left = [mirrored(first, -k, self.width) for k in range(beside, 0, -1)]
+        last = first + (self.length - 1)
         right = [mirrored(last, k, self.width) for k in range(1, beside + 1)]
         before, after = (
             [dr.gather(type(self.flat), self.flat, start + x) for x in side]
             for side in (left, right)
         )
         if self.length == 1:
-            own = [dr.gather(type(self.flat), self.flat, start + self.first) if dy else self.flat]
+            own = [dr.gather(type(self.flat), self.flat, start + first) if dy else self.flat]
         else:
-            own = fetched(self.flat, (start + self.first) // self.length, self.length)
+            own = fetched(self.flat, (start + first) // self.length, self.length)
         return [*before, *own, *after]
 
 

@@ -15,6 +15,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
@@ -23,9 +24,11 @@ from numpy.typing import NDArray
 
 from foundation.backend import Backend
 from sensor.colours import CHANNELS, Colours
+from sensor.limits import lesser
 from sensor.neighbours import fetched
 from sensor.planes import Planes
 from sensor.protocol import Shot
+from sensor.sampled import Sampled
 
 if TYPE_CHECKING:
     from sensor.interpolation import Interpolated
@@ -83,7 +86,8 @@ class Signal:
 
     Attributes:
         numbers: a Dr.Jit tensor in the shapes listed at the top of this file, or the same numbers
-            by their place in a run; read `value`, which is always the tensor.
+            by their place in a run, or made where somebody looks; read `value`, which is always the
+            tensor.
         quantity: what its numbers are.
         format: what the camera is.
         shot: how the frames are taken.
@@ -115,12 +119,17 @@ class Signal:
 
     def looked_at(self) -> Signal:
         """The same signal, its least number known. Waits for the arithmetic, hence once a shot."""
-        return dataclasses.replace(self, least=float(dr.min(self.value.array)[0]))
+        value = self.value
+        lowest = value.array
+        if isinstance(self.numbers, Planes) and not self.numbers.run_in:
+            lowest = reduce(lesser, (part for parts in self.numbers.colours for part in parts))
+            dr.eval(value, lowest)
+        return dataclasses.replace(self, numbers=value, least=float(dr.min(lowest)[0]))
 
     @property
     def value(self) -> Any:
         """The numbers as a Dr.Jit tensor."""
-        return self.numbers.tensor if isinstance(self.numbers, Planes) else self.numbers
+        return self.numbers.tensor if isinstance(self.numbers, (Planes, Sampled)) else self.numbers
 
     @property
     def planes(self) -> Planes:
@@ -143,41 +152,45 @@ class Signal:
         if not beside and isinstance(held, Planes):
             return self.replace(held.map(change), **changes)
         if not beside:
-            return self.replace(type(held)(change(held.array), self.shape), **changes)
+            value = self.value
+            return self.replace(type(value)(change(value.array), self.shape), **changes)
         fours = self.backend.jit and not self.coloured and self.shape[2] % 4 == 0
         drawn = any(isinstance(n, Planes) for n in (held, *beside))
         if not fours or not (drawn or self.shape[0] > 1):
             return self.replace(change(self.value, *map(self.by_colour, beside)), **changes)
         shapes = [n.shape for n in (held, *beside) if not isinstance(n, (int, float, Colours))]
         frames = max(shape[0] for shape in shapes)
-        runs = [self._in_fours(numbers, frames) for numbers in (held, *beside)]
+        lengths = [len(n.colours[0]) for n in (held, *beside) if isinstance(n, Planes)]
+        length = min(lengths, default=4)
+        runs = [self._in_runs(numbers, frames, length) for numbers in (held, *beside)]
         parts = tuple(change(*numbers) for numbers in zip(*runs, strict=True))
         shape = (frames, *self.shape[1:])
         made = Planes(colours=(parts,), shape=shape, arrays=self.backend.arrays)
         return self.replace(made, **changes)
 
-    def _in_fours(self, numbers: Any, frames: int) -> Sequence[Any]:
-        """Numbers for every pixel of a mosaic by their place in runs of four columns."""
+    def _in_runs(self, numbers: Any, frames: int, length: int) -> Sequence[Any]:
+        """Numbers for every pixel of a mosaic by their place in runs of so many columns."""
         if isinstance(numbers, (int, float)):
-            return [numbers] * 4
+            return [numbers] * length
         _, height, width = self.shape
         index = self.backend.arrays.UInt32
-        lane = dr.arange(index, frames * height * width // 4)
+        lane = dr.arange(index, frames * height * width // length)
         if isinstance(numbers, Colours):
             if numbers.uniform:
-                return [numbers.R] * 4
-            odd_row = ((lane // (width // 4)) % height & 1) == 1
+                return [numbers.R] * length
+            odd_row = ((lane // (width // length)) % height & 1) == 1
             # data, so that a new figure compiles nothing
             figure = {c: dr.opaque(self.backend.arrays.Float, numbers[c]) for c in CHANNELS}
             at = [figure[colour] for colour in self.format.cfa]
-            return [dr.select(odd_row, at[2 + k], at[k]) for k in (0, 1)] * 2
-        if isinstance(numbers, Planes) and numbers.shape[0] == frames and not numbers.run_in:
-            return numbers.colours[0]
+            return [dr.select(odd_row, at[2 + k], at[k]) for k in (0, 1)] * (length // 2)
+        as_wanted = isinstance(numbers, Planes) and len(numbers.colours[0]) == length
+        if as_wanted and numbers.shape[0] == frames and not numbers.run_in:
+            return list(numbers.colours[0])
         tensor = numbers.tensor if isinstance(numbers, Planes) else numbers
         flat = self.backend.arrays.Float(tensor.array)
         dr.eval(flat)
-        run = lane if tensor.shape[0] == frames else lane % (height * width // 4)
-        return fetched(flat, run, 4)
+        run = lane if tensor.shape[0] == frames else lane % (height * width // length)
+        return fetched(flat, run, length)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -128,7 +128,7 @@ class Stream:
         noise = self.noise(signal, use) if self.backend.jit else None
         if not isinstance(noise, Planes):
             return signal.replace(self.poisson(signal.value, use))
-        if signal.least is None and not isinstance(signal.numbers, Planes):
+        if signal.least is None:
             signal = signal.looked_at()  # it spares every pixel the sum for small means
         least = signal.least or 0.0
         return signal.pointwise(lambda mean, w: poisson_count(mean, w, least), noise)

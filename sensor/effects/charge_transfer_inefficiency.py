@@ -87,7 +87,7 @@ class ChargeTransferInefficiency(Effect):
         ]
         dr.eval([part.value for part in held])
         runs, behind = (Runs(part, longest=4) for part in held)
-        first_row = runs.row == 0
+        first_row = runs.places.row == 0
         return runs, [
             own + dr.select(first_row, 0.0, found)
             for own, found in zip(runs.line(0)[:-1], behind.line(-1)[:-1], strict=True)
@@ -95,7 +95,7 @@ class ChargeTransferInefficiency(Effect):
 
     def _across(self, runs: Runs, charges: list[Any]) -> tuple[Any, ...]:
         """The same along the rows."""
-        first = type(runs.flat)(runs.first)
+        first = type(runs.flat)(runs.places.first)
         lost = [
             self._left(charge, (first + float(k)) * self.horizontal_per_transfer)
             for k, charge in enumerate(charges)

@@ -36,4 +36,5 @@ class Prnu(Effect):
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         pattern = stream.body.normal(*signal.shape[1:])
-        return signal.replace(signal.value * (1.0 + signal.by_colour(self.ratio) * pattern))
+        ratio = Colours.of(self.ratio)
+        return signal.pointwise(lambda mean, p, n: mean * (1.0 + p * n), ratio, pattern)

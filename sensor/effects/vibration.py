@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, ClassVar
 
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
 from sensor.image_plane import constant
-from sensor.neighbours import Neighbours
+from sensor.limits import at_least
+from sensor.neighbours import Neighbours, Places, fetched_anywhere, moved_on
+from sensor.sampled import Sampled
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -51,62 +55,112 @@ class Vibration(Effect):
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         if signal.shot.dark:
             return signal.replace(signal.value)
-        near = Neighbours(signal)
-        shaken = signal.replace(near.weighted(_blur(constant(signal, self.blur_px).array)))
         if self.shift_px == 0.0:
-            return shaken
-        return signal.replace(self._shifted(shaken, stream))
+            along = _blur(constant(signal, self.blur_px).array)
+            weights = {
+                (dy, dx): along[1 + dy] * along[1 + dx] for dy, dx in product((-1, 0, 1), repeat=2)
+            }
+            return signal.replace(Neighbours(signal).weighted(weights))
+        return signal.replace(self._shifted(signal, stream))
 
-    def _shifted(self, signal: Signal, stream: Stream) -> Any:
-        """Every frame moved by its own displacement: a tensor (F, H, W, 3)."""
-        flat = signal.value.array
-        index = dr.uint32_array_t(type(flat))
-        whole = dr.int32_array_t(index)
+    def _shifted(self, signal: Signal, stream: Stream) -> Sampled:
+        """Every frame moved by its own displacement: (F, H, W, 3)."""
+        f, height, width, depth = signal.shape
+        rows, columns = height + 2 * _MARGIN, width + 2 * _MARGIN
+        arrays = signal.backend.arrays
+        flat = _with_margin(signal, _blur(constant(signal, self.blur_px).array))
         down, right = (
             (constant(signal, self.shift_px) * stream.normal(1, 1, 1, use=use)).array
             for use in ("down", "right")
         )
         dr.eval(flat, down, right)
 
-        f, height, width, depth = signal.shape
-        frames = len(signal.frames)
-        lane = dr.arange(index, frames * height * width * depth)
-        line = lane // (width * depth)
-        across = lane - line * (width * depth)
-        frame = line // height
-        rows, row_weights = _taps(line - frame * height, dr.gather(type(flat), down, frame), height)
-        column = across // depth
-        colour = across - column * depth
-        columns, column_weights = _taps(column, dr.gather(type(flat), right, frame), width)
-        first = frame * height if f > 1 else whole(0)
-        total: Any = 0.0
-        for row, down_weight in zip(rows, row_weights, strict=True):
-            start = (first + row) * width
-            along = sum(
-                w * dr.gather(type(flat), flat, (start + c) * depth + colour)
-                for c, w in zip(columns, column_weights, strict=True)
-            )
-            total = total + down_weight * along
-        return type(signal.value)(dr.maximum(total, 0.0), (frames, height, width, depth))
+        def moved(places: Places, colours: Sequence[Any]) -> list[list[Any]]:
+            """Runs by colour, from the three rows and columns about where they come from."""
+            up, row_weights = _taps(dr.gather(type(flat), down, places.frame))
+            left, column_weights = _taps(dr.gather(type(flat), right, places.frame))
+            line = places.row + (_MARGIN - 1) - up
+            start = line * columns + places.first + (_MARGIN - 1) - left
+            runs = []
+            for colour in colours:
+                picture = places.frame * depth + colour if f > 1 else colour
+                place = picture * (rows * columns) + start
+                lines = [
+                    fetched_anywhere(flat, place + k * columns, places.length + 2) for k in range(3)
+                ]
+                sums = [_weighted(samples, row_weights) for samples in zip(*lines, strict=True)]
+                sums = moved_on(sums, place)
+                runs.append(
+                    [
+                        at_least(_weighted(sums[k : k + 3], column_weights), 0.0)
+                        for k in range(places.length)
+                    ]
+                )
+            return runs
+
+        shape = (len(signal.frames), height, width, depth)
+        return Sampled(make=moved, shape=shape, arrays=arrays)
 
 
-def _blur(sigma: Any) -> dict[tuple[int, int], Any]:
-    """Weights of the nine pixels about a pixel, of variance sigma^2 on each axis."""
+_MARGIN = 16
+"""Pixels about the picture: no displacement is as large, as normal numbers end at 6.7."""
+
+
+def _with_margin(signal: Signal, along: Sequence[Any]) -> Any:
+    """The blurred rate colour by colour with mirrored pixels about it: flat, f 3 H' W'.
+
+    Args:
+        signal: the rate.
+        along: weights of the three samples about a pixel on each axis.
+    """
+    f, height, width, depth = signal.shape
+    flat = signal.value.array
+    dr.eval(flat)
+    index = dr.uint32_array_t(type(flat))
+    whole = dr.int32_array_t(index)
+
+    def summed(samples: Any, place: Any, length: int, start: Any, step: int) -> Any:
+        """The sum over the three about a place of an axis, where they are `step` apart."""
+        numbers = []
+        for k in (-1, 0, 1):
+            mirrored = length - 1 - dr.abs(length - 1 - dr.abs(whole(place) + (k - _MARGIN)))
+            at = index(dr.clip(mirrored, 0, length - 1))
+            numbers.append(dr.gather(type(flat), samples, start + at * step))
+        return _weighted(numbers, along)
+
+    columns, rows, numbers = width + 2 * _MARGIN, height + 2 * _MARGIN, width * depth
+    lane = dr.arange(index, f * rows * numbers)
+    line = lane // numbers
+    frame = line // rows
+    start = frame * (height * numbers) + lane - line * numbers
+    taller = summed(flat, line - frame * rows, height, start, numbers)
+    dr.eval(taller)
+    lane = dr.arange(index, f * depth * rows * columns)
+    line = lane // columns
+    picture = line // rows
+    frame = picture // depth
+    start = (frame * rows + line - picture * rows) * numbers + picture - frame * depth
+    return summed(taller, lane - line * columns, width, start, depth)
+
+
+def _weighted(samples: Sequence[Any], weights: Sequence[Any]) -> Any:
+    first, *more = zip(samples, weights, strict=True)
+    total = first[0] * first[1]
+    for sample, weight in more:
+        total = dr.fma(sample, weight, total)
+    return total
+
+
+def _blur(sigma: Any) -> tuple[Any, Any, Any]:
+    """Weights of the three pixels about a pixel, of variance sigma^2."""
     side = 0.5 * sigma * sigma
-    axis = {-1: side, 0: 1.0 - 2.0 * side, 1: side}
-    return {(dy, dx): axis[dy] * axis[dx] for dy in axis for dx in axis}
+    return side, 1.0 - 2.0 * side, side
 
 
-def _taps(place: Any, shift: Any, length: int) -> tuple[list[Any], list[Any]]:
-    """The three samples about the place that moves to this one, and their weights."""
-    nearest = dr.round(shift)
+def _taps(shift: Any) -> tuple[Any, list[Any]]:
+    """How many whole pixels a shift has, unsigned, and the weights of the three about there."""
+    nearest = dr.clip(dr.round(shift), 1.0 - _MARGIN, _MARGIN - 1.0)
     t = nearest - shift
     half = 0.5 * t
-    source = type(place)
-    whole = dr.int32_array_t(type(place))
-    centre = whole(place) - whole(nearest)
-    places = [
-        source(dr.clip(length - 1 - dr.abs(length - 1 - dr.abs(centre + k)), 0, length - 1))
-        for k in (-1, 0, 1)
-    ]
-    return places, [half * (t - 1.0), 1.0 - t * t, half * (t + 1.0)]
+    whole = dr.uint32_array_t(type(shift))(dr.int32_array_t(type(shift))(nearest))
+    return whole, [half * (t - 1.0), 1.0 - t * t, half * (t + 1.0)]
