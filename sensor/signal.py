@@ -145,7 +145,7 @@ class Signal:
         Args:
             change: of flat arrays or tensors; called with the numbers, and with what is beside.
             beside: what else is looked at in every pixel: a figure, one per colour, a tensor
-                (1 or F, H, W), or numbers of `Stream.noise`.
+                (1 or F, H, W), or numbers by their place in a run.
             changes: other attributes of the new signal.
         """
         held = self.numbers
@@ -157,7 +157,8 @@ class Signal:
         fours = self.backend.jit and not self.coloured and self.shape[2] % 4 == 0
         drawn = any(isinstance(n, Planes) for n in (held, *beside))
         if not fours or not (drawn or self.shape[0] > 1):
-            return self.replace(change(self.value, *map(self.by_colour, beside)), **changes)
+            plain = [n.tensor if isinstance(n, Planes) else self.by_colour(n) for n in beside]
+            return self.replace(change(self.value, *plain), **changes)
         shapes = [n.shape for n in (held, *beside) if not isinstance(n, (int, float, Colours))]
         frames = max(shape[0] for shape in shapes)
         lengths = [len(n.colours[0]) for n in (held, *beside) if isinstance(n, Planes)]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any, ClassVar
 
 import drjit as dr
 
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
+from sensor.neighbours import run_length
+from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -63,32 +67,30 @@ class FlickerNoise(Effect):
         flat = type(numbers)
         index = dr.uint32_array_t(flat)
 
-        def held(frame: Any, place: Any, first: int, last: int, unit: int, cut: Any) -> Any:
-            """Sum of octaves first to last at a place counted in 2^unit pixels."""
-            total: Any = 0.0
-            for j in range(first, last):
-                hold = ((place + cut) >> (j - unit)) - (cut >> (j - unit))
-                before = frame * drawn + sum(counts[: j - 1])
-                total = total + dr.gather(flat, numbers, before + hold)
-            return total
-
         # one random cut per frame serves all octaves, as its low bits are random for the short
         # holds and its high bits for the long ones; it is drawn as two numbers of 24 bits
         batch, cells = len(signal.frames), (pixels >> _COARSE) + 2
         lane = dr.arange(index, batch * cells)
         frame = lane // cells
         high = index(dr.gather(flat, cuts, frame * 2 + 1) * float(1 << (octaves - _COARSE)))
-        coarse = held(frame, lane - frame * cells, _COARSE, octaves, _COARSE, high)
+        coarse: Any = 0.0
+        for j in range(_COARSE, octaves):
+            hold = ((lane - frame * cells + high) >> (j - _COARSE)) - (high >> (j - _COARSE))
+            coarse = coarse + dr.gather(flat, numbers, frame * drawn + sum(counts[: j - 1]) + hold)
         dr.eval(coarse)
 
-        lane = dr.arange(index, batch * pixels)
-        frame = lane // pixels
-        place = lane - frame * pixels
+        length = min(4, run_length(signal.backend.arrays, width))  # as the white numbers come
+        lane = dr.arange(index, batch * pixels // length)
+        frame = lane // (pixels // length)
         low = index(dr.gather(flat, cuts, frame * 2) * float(1 << _COARSE))
-        fine = held(frame, place, 1, _COARSE, 0, low)
-        fine = fine + dr.gather(flat, coarse, frame * cells + ((place + low) >> _COARSE))
-
-        slow = signal.backend.arrays.TensorXf(fine, (batch, height, width))
+        place = (lane - frame * (pixels // length)) * length + low
+        octave = [
+            _held(numbers, frame * drawn + sum(counts[: j - 1]) - (low >> j), place, j, length)
+            for j in range(1, _COARSE)
+        ]
+        octave.append(_held(coarse, frame * cells, place, _COARSE, length))
+        fine = tuple(reduce(operator.add, values) for values in zip(*octave, strict=True))
+        slow = Planes(colours=(fine,), shape=(batch, height, width), arrays=signal.backend.arrays)
         share, whole = math.sqrt(_WHITE_SHARE), math.sqrt(octaves - 1 + _WHITE_SHARE)
         strength = Colours.of(self.sigma_e).map(lambda sigma: sigma / whole)
         return signal.pointwise(
@@ -97,3 +99,27 @@ class FlickerNoise(Effect):
             slow,
             stream.noise(signal, use="white"),
         )
+
+
+def _held(numbers: Any, before: Any, place: Any, octave: int, length: int) -> list[Any]:
+    """Numbers that are held for 2^octave places each, at so many places in a row.
+
+    Args:
+        numbers: where they are.
+        before: index of the one that is held at place 0.
+        place: the first place.
+        octave, length: as told.
+    """
+    hold = 1 << octave
+    first, since = before + (place >> octave), place & (hold - 1)
+    seen = [
+        dr.gather(type(numbers), numbers, first + k) for k in range((length + hold - 2) // hold + 1)
+    ]
+    held = []
+    for k in range(length):
+        least, most = k // hold, (k + hold - 1) // hold
+        value = seen[least]
+        if most > least:
+            value = dr.select(since >= most * hold - k, seen[most], value)
+        held.append(value)
+    return held
