@@ -9,7 +9,7 @@ import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
 from sensor.limits import greater, lesser
-from sensor.neighbours import Neighbours
+from sensor.neighbours import Runs, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -44,22 +44,30 @@ class DefectCorrection(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        near = Neighbours(signal)
         step = 2 if len(set(signal.format.cfa)) > 1 else 1
-        ring = [(-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1)]
-        values = [near.flat_at(dy * step, dx * step) for dy, dx in ring]
-        low, high = _sorted_four(values[:4]), _sorted_four(values[4:])
-        # the four smallest of eight are min(a_i, b_(3-i)) of two sorted fours, the largest the max
-        pairs = list(zip(low, reversed(high), strict=True))
-        lower, upper = lesser(*pairs[0]), greater(*pairs[0])
-        for a, b in pairs[1:]:
-            lower = greater(lower, lesser(a, b))
-            upper = lesser(upper, greater(a, b))
-        median = 0.5 * (lower + upper)
-        own = near.flat_at(0, 0)
         threshold = signal.backend.tensor([self.threshold_dn]).array
-        fixed = dr.select(dr.abs(own - median) > threshold, median, own)
-        return signal.replace(type(signal.value)(fixed, signal.shape))
+        runs = Runs(signal)
+        above, here, below = (runs.line(dy, step) for dy in (-step, 0, step))
+        parts = []
+        for k in range(runs.length):
+            left, own, right = k, k + step, k + 2 * step
+            around = [above[left], above[own], above[right], here[right]]
+            around += [below[right], below[own], below[left], here[left]]
+            median = _median(around)
+            parts.append(dr.select(dr.abs(here[own] - median) > threshold, median, here[own]))
+        return signal.replace(type(signal.value)(interleaved(parts), signal.shape))
+
+
+def _median(values: list[Any]) -> Any:
+    """The mean of the two middle ones of eight arrays, lane by lane."""
+    low, high = _sorted_four(values[:4]), _sorted_four(values[4:])
+    # the four smallest of eight are min(a_i, b_(3-i)) of two sorted fours, the largest the max
+    pairs = list(zip(low, reversed(high), strict=True))
+    lower, upper = lesser(*pairs[0]), greater(*pairs[0])
+    for a, b in pairs[1:]:
+        lower = greater(lower, lesser(a, b))
+        upper = lesser(upper, greater(a, b))
+    return 0.5 * (lower + upper)
 
 
 def _sorted_four(values: list[Any]) -> list[Any]:
