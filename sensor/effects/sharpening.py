@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 
@@ -12,6 +11,7 @@ from sensor.effect import Effect, Stage, parameter
 from sensor.errors import CameraError
 from sensor.luma import BLUE, GREEN, RED
 from sensor.neighbours import Neighbours, Runs, interleaved
+from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -81,25 +81,32 @@ class Sharpening(Effect):
 
     def _of_luma(self, signal: Signal) -> Signal:
         """Each colour gets the detail of luma."""
-        planes = signal.planes
-        dr.eval(planes.colours)
-        luma = interleaved(
-            [RED * r + GREEN * g + BLUE * b for r, g, b in zip(*planes.colours, strict=True)]
-        )
-        grey = signal.replace(type(signal.value)(luma, signal.shape[:3]))
-        nearly = _softened(grey, int(self.passes) - 1)
-        runs = Runs(nearly)
-        own = runs.line(0) if nearly is grey else Runs(grey).line(0)
-        lines = [runs.line(dy) for dy in (-1, 0, 1)]
+        if signal.interpolated and self.passes == 1:
+            rows = signal.interpolated.rows(1)
+            lines = [[_luma(*pixel) for pixel in zip(*row, strict=True)] for row in rows]
+            own, colours = lines[1], [columns[1:-1] for columns in rows[1]]
+        else:
+            planes = signal.planes
+            dr.eval(planes.colours)
+            luma = interleaved([_luma(*pixel) for pixel in zip(*planes.colours, strict=True)])
+            grey = signal.replace(type(signal.value)(luma, signal.shape[:3]))
+            nearly = Runs(_softened(grey, int(self.passes) - 1))
+            lines = [nearly.line(dy) for dy in (-1, 0, 1)]
+            own, colours = Runs(grey).line(0), list(map(list, planes.colours))
         sharp = []
-        for k in range(runs.length):
+        for k in range(len(colours[0])):
             soft = sum(weight * lines[dy + 1][k + 1 + dx] for (dy, dx), weight in _SOFT.items())
             sharp.append(own[k + 1] - soft)
-        colours = tuple(
+        made = tuple(
             tuple(part + self.amount * detail for part, detail in zip(parts, sharp, strict=True))
-            for parts in planes.colours
+            for parts in colours
         )
-        return signal.replace(dataclasses.replace(planes, colours=colours))
+        arrays = signal.backend.arrays
+        return signal.replace(Planes(colours=made, shape=signal.shape, arrays=arrays))
+
+
+def _luma(red: Any, green: Any, blue: Any) -> Any:
+    return RED * red + GREEN * green + BLUE * blue
 
 
 def _softened(signal: Signal, passes: int) -> Signal:
