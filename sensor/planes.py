@@ -77,16 +77,20 @@ class Planes:
         """Codes of 0 to 255 as bytes, pixel by pixel. For a JIT backend."""
         import cv2
 
-        words = self.words
-        dr.eval(words)
-        runs = self.shape[0] * self.shape[1] * self.shape[2] // len(self.colours[0])
-        numbers = [word.numpy()[-runs:] for word in words]
-        if len(words) == 1:
+        numbers = self.held
+        if len(numbers) == 1:
             return np.asarray(numbers[0].view(np.uint8).reshape(self.shape))
         # only moved, never read as numbers
         moved = {1: np.uint8, 4: np.int32, 8: np.float64}
         merged = cv2.merge([n.view(moved[n.itemsize]).reshape(-1, 1) for n in numbers])
         return np.asarray(merged).view(np.uint8).reshape(self.shape)
+
+    @cached_property
+    def held(self) -> list[NDArray[Any]]:
+        """The words of its frames where they lie in memory; waits for all arithmetic begun."""
+        dr.eval(self.words)
+        runs = self.shape[0] * self.shape[1] * self.shape[2] // len(self.colours[0])
+        return [word.numpy()[-runs:] for word in self.words]
 
     @cached_property
     def words(self) -> list[Any]:
