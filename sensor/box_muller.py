@@ -54,7 +54,7 @@ def _polynomials() -> tuple[tuple[float, ...], ...]:
     """
     low, high = math.sqrt(0.5) - 1.0, math.sqrt(2.0) - 1.0
     return (
-        interpolated(lambda f: -2.0 * np.log1p(f) / f, low, high, 8),
+        interpolated(lambda f: -2.0 * np.log1p(f) / f, low, high, 7),
         interpolated(lambda x: np.sin(np.pi / 2 * np.sqrt(x)) / np.sqrt(x), 0.0, 1.0, 4),
-        interpolated(lambda x: np.cos(np.pi / 2 * np.sqrt(x)), 0.0, 1.0, 5),
+        interpolated(lambda x: np.cos(np.pi / 2 * np.sqrt(x)), 0.0, 1.0, 4),
     )

@@ -143,9 +143,9 @@ class Runs:
         places: where each run is.
     """
 
-    def __init__(self, signal: Signal, longest: int = 8) -> None:
+    def __init__(self, signal: Signal) -> None:
         _, self.height, self.width = signal.shape
-        self.length = min(longest, run_length(signal.backend.arrays, self.width))
+        self.length = run_length(signal.backend.arrays, self.width)
         self.flat = signal.value.array
         dr.eval(self.flat)
         self.places = Places(signal.backend.arrays, signal.shape, self.length)

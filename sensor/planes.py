@@ -1,8 +1,8 @@
 """Numbers by their place in a run: how an image is held until somebody needs its pixels.
 
-Random numbers come four at a time, and a demosaicer makes eight pixels at a time, three colours
-each. Writing them in the order of the pixels costs half the time of making them, and whatever looks
-at each number by itself does not need it; so they are put in order at the first look at the pixels.
+Random numbers are drawn, and a demosaicer makes colours, for eight pixels of a row at a time.
+Writing them in the order of the pixels costs half the time of making them, and whatever looks at
+each number by itself does not need it; so they are put in order at the first look at the pixels.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Planes:
     Attributes:
         colours: for the mosaic, or for each colour, its values as 1 flat Dr.Jit array of f H W, or
             as 4 of a quarter of that, which hold every fourth column each, or as 8 of an eighth:
-            the runs of `sensor.neighbours.Runs`.
+            as many as `sensor.neighbours.run_length` tells.
         shape: (f, H, W) or (f, H, W, 3).
         arrays: the Dr.Jit module they are of.
         run_in: how many frames more the arrays begin with, which are no part of it.
@@ -45,14 +45,13 @@ class Planes:
         flat, shape = tensor.array, tuple(tensor.shape)
         dr.eval(flat)
         length = run_length(arrays, shape[2])
-        if len(shape) == 3:
-            length = min(length, 4)  # as random numbers come
-            lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // length)
-            return cls(colours=(tuple(fetched(flat, lane, length)),), shape=shape, arrays=arrays)
-        lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // (3 * length))
-        numbers = [n for k in range(3) for n in fetched(flat, 3 * lane + k, length)]
+        depth = shape[3] if len(shape) == 4 else 1
+        lane = dr.arange(dr.uint32_array_t(type(flat)), dr.width(flat) // (depth * length))
+        numbers = [n for k in range(depth) for n in fetched(flat, depth * lane + k, length)]
         return cls(
-            colours=tuple(tuple(numbers[c::3]) for c in range(3)), shape=shape, arrays=arrays
+            colours=tuple(tuple(numbers[c::depth]) for c in range(depth)),
+            shape=shape,
+            arrays=arrays,
         )
 
     def map(self, change: Callable[[Any], Any]) -> Planes:
@@ -77,16 +76,20 @@ class Planes:
         """Codes of 0 to 255 as bytes, pixel by pixel. For a JIT backend."""
         import cv2
 
-        words = self.words
-        dr.eval(words)
-        runs = self.shape[0] * self.shape[1] * self.shape[2] // len(self.colours[0])
-        numbers = [word.numpy()[-runs:] for word in words]
-        if len(words) == 1:
+        numbers = self.held
+        if len(numbers) == 1:
             return np.asarray(numbers[0].view(np.uint8).reshape(self.shape))
         # only moved, never read as numbers
         moved = {1: np.uint8, 4: np.int32, 8: np.float64}
         merged = cv2.merge([n.view(moved[n.itemsize]).reshape(-1, 1) for n in numbers])
         return np.asarray(merged).view(np.uint8).reshape(self.shape)
+
+    @cached_property
+    def held(self) -> list[NDArray[Any]]:
+        """The words of its frames where they lie in memory; waits for all arithmetic begun."""
+        dr.eval(self.words)
+        runs = self.shape[0] * self.shape[1] * self.shape[2] // len(self.colours[0])
+        return [word.numpy()[-runs:] for word in self.words]
 
     @cached_property
     def words(self) -> list[Any]:

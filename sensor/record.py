@@ -13,7 +13,7 @@ from sensor.camera import Camera
 from sensor.frames import PIXELS, Capture, Frames
 from sensor.protocol import Protocol, Shot
 from sensor.signal import Signal
-from sensor.simulation import begin, exposed, lit, pixels_of, still
+from sensor.simulation import await_bytes, begin, exposed, lit, pixels_of, still
 
 BATCH_PIXELS = 32 * 640 * 480
 """Pixels simulated at once: 32 frames of the paper's size. Memory is some 400 MB then; fewer cost
@@ -47,6 +47,8 @@ def take(
     before: Signal | None = None
     for frames in runs:
         signal = exposed(camera, light, frames, seed=seed, done=done)
+        if before is not None:
+            await_bytes(before)
         begin(signal)
         if before is not None:
             yield pixels_of(camera, before)

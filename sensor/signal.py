@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from foundation.backend import Backend
 from sensor.colours import CHANNELS, Colours
 from sensor.limits import lesser
-from sensor.neighbours import fetched
+from sensor.neighbours import fetched, run_length
 from sensor.planes import Planes
 from sensor.protocol import Shot
 from sensor.sampled import Sampled
@@ -161,19 +161,18 @@ class Signal:
             return self.replace(change(self.value, *plain), **changes)
         shapes = [n.shape for n in (held, *beside) if not isinstance(n, (int, float, Colours))]
         frames = max(shape[0] for shape in shapes)
-        lengths = [len(n.colours[0]) for n in (held, *beside) if isinstance(n, Planes)]
-        length = min(lengths, default=4)
-        runs = [self._in_runs(numbers, frames, length) for numbers in (held, *beside)]
+        runs = [self._in_runs(numbers, frames) for numbers in (held, *beside)]
         parts = tuple(change(*numbers) for numbers in zip(*runs, strict=True))
         shape = (frames, *self.shape[1:])
         made = Planes(colours=(parts,), shape=shape, arrays=self.backend.arrays)
         return self.replace(made, **changes)
 
-    def _in_runs(self, numbers: Any, frames: int, length: int) -> Sequence[Any]:
-        """Numbers for every pixel of a mosaic by their place in runs of so many columns."""
+    def _in_runs(self, numbers: Any, frames: int) -> Sequence[Any]:
+        """Numbers for every pixel of a mosaic by their place in runs."""
+        _, height, width = self.shape
+        length = run_length(self.backend.arrays, width)
         if isinstance(numbers, (int, float)):
             return [numbers] * length
-        _, height, width = self.shape
         index = self.backend.arrays.UInt32
         lane = dr.arange(index, frames * height * width // length)
         if isinstance(numbers, Colours):
@@ -184,9 +183,8 @@ class Signal:
             figure = {c: dr.opaque(self.backend.arrays.Float, numbers[c]) for c in CHANNELS}
             at = [figure[colour] for colour in self.format.cfa]
             return [dr.select(odd_row, at[2 + k], at[k]) for k in (0, 1)] * (length // 2)
-        as_wanted = isinstance(numbers, Planes) and len(numbers.colours[0]) == length
-        if as_wanted and numbers.shape[0] == frames and not numbers.run_in:
-            return list(numbers.colours[0])
+        if isinstance(numbers, Planes) and numbers.shape[0] == frames and not numbers.run_in:
+            return numbers.colours[0]
         tensor = numbers.tensor if isinstance(numbers, Planes) else numbers
         flat = self.backend.arrays.Float(tensor.array)
         dr.eval(flat)

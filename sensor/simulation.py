@@ -206,3 +206,12 @@ def begin(signal: Signal) -> None:
     """Let the arithmetic of the frames run while others are looked at."""
     if isinstance(signal.numbers, Planes) and signal.backend.jit:
         dr.eval(signal.numbers.words)
+
+
+def await_bytes(signal: Signal) -> None:
+    """Wait for the arithmetic of the frames, before that of others begins.
+
+    Waiting is for all that has begun, so that it would be for the others as well.
+    """
+    if isinstance(signal.numbers, Planes) and signal.backend.jit:
+        _ = signal.numbers.held

@@ -20,6 +20,7 @@ import numpy as np
 
 from foundation.backend import Backend
 from sensor.box_muller import normals
+from sensor.neighbours import run_length
 from sensor.philox import Words, fractions, words
 from sensor.planes import Planes
 from sensor.poisson import poisson_count
@@ -86,13 +87,13 @@ class Stream:
         """Standard normal numbers: a tensor (F, *shape)."""
         if not self.backend.jit:
             return self._numpy(lambda g: g.standard_normal(shape, dtype=np.float32), use)
-        return self._tensor(normals(self._words(shape, use)), shape)
+        return self._tensor(normals(self._words(shape, use)[0]), shape)
 
     def uniform(self, *shape: int, use: str = "") -> Any:
         """Numbers uniform in [0, 1): a tensor (F, *shape)."""
         if not self.backend.jit:
             return self._numpy(lambda g: g.random(shape, dtype=np.float32), use)
-        return self._tensor(fractions(self._words(shape, use)), shape)
+        return self._tensor(fractions(self._words(shape, use)[0]), shape)
 
     def poisson(self, mean: Any, use: str = "") -> Any:
         """Poisson counts with the given means: a tensor (1 or F, *shape) to one (F, *shape).
@@ -119,7 +120,8 @@ class Stream:
         shape = signal.shape[1:]
         if not self.backend.jit or signal.coloured or shape[-1] % 4:
             return self.normal(*shape, use=use)
-        drawn = tuple(normals(self._words(shape, use)))
+        length = run_length(self.backend.arrays, shape[-1])
+        drawn = tuple(n for words in self._words(shape, use, length // 4) for n in normals(words))
         shape = (len(self.frames), *shape)
         return Planes(colours=(drawn,), shape=shape, arrays=self.backend.arrays)
 
@@ -133,15 +135,16 @@ class Stream:
         least = signal.least or 0.0
         return signal.pointwise(lambda mean, w: poisson_count(mean, w, least), noise)
 
-    def _words(self, shape: tuple[int, ...], use: str) -> Words:
-        """Random words; every lane makes those of four neighbouring numbers of a frame."""
+    def _words(self, shape: tuple[int, ...], use: str, blocks: int = 1) -> list[Words]:
+        """Random words; every lane makes so many times those of four neighbouring numbers."""
         arrays = self.backend.arrays
-        lanes = -(-math.prod(shape) // 4)
+        lanes = -(-math.prod(shape) // (4 * blocks))
         lane = dr.arange(arrays.UInt32, lanes * len(self.frames))
         frame = lane // lanes
         start = dr.opaque(arrays.UInt32, self.frames.start % 2**32)
         key = dr.opaque(arrays.UInt64, self.key(use))
-        return words(key, lane - frame * lanes, start + frame)
+        first = (lane - frame * lanes) * blocks
+        return [words(key, first + k, start + frame) for k in range(blocks)]
 
     def _tensor(self, fours: list[Any], shape: tuple[int, ...]) -> Any:
         size = math.prod(shape)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.limits import between
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -67,17 +68,59 @@ class AdcDnl(Effect):
         if self.threshold_sigma_dn > 0:
             own = np.asarray(stream.body.normal(1 << bits, use="thresholds").numpy()).ravel()
             begins = compared(begins, own, self.threshold_sigma_dn)
-        tensor, flat = signal.backend.tensor, type(signal.value.array)
-        table, width = tensor(begins).array, tensor(widths(begins)).array
+        ends, codes = outcomes(begins.astype(np.float32))
+        per_dn, before = _cells(ends)
+        most = int(np.diff(before, append=len(ends)).max())
+        known: list[Any] = [codes, begins[codes], widths(begins)[codes], before]
+        padded = np.append(ends, np.full(most, np.inf, dtype=np.float32))
+        known += [padded[before + k] for k in range(most)]
+        code, begin, width, first, *next_ends = (signal.backend.tensor(n).array for n in known)
+        flat = type(code)
         index = dr.uint32_array_t(flat)
-        place = signal.value.array + 0.5
-        code = dr.zeros(index, dr.width(place))
-        for bit in reversed(range(bits)):
-            trial = code + (1 << bit)
-            code = dr.select(place >= dr.gather(flat, table, trial), trial, code)
-        rest = place - dr.gather(flat, table, code)
-        part = rest / dr.select(rest < 0, 1.0, dr.gather(flat, width, code))
-        return signal.replace(type(signal.value)(flat(code) - 0.5 + part, signal.value.shape))
+        last_cell = float(len(before) - 1)
+
+        def converted(value: Any) -> Any:
+            place = value + 0.5
+            cell = index(between(place * per_dn, 0.0, last_cell))
+            number = dr.gather(flat, first, cell)
+            for end in next_ends:
+                number += dr.select(place >= dr.gather(flat, end, cell), 1.0, 0.0)
+            found = index(number)
+            rest = place - dr.gather(flat, begin, found)
+            part = rest / dr.select(rest < 0, 1.0, dr.gather(flat, width, found))
+            return dr.gather(flat, code, found) - 0.5 + part
+
+        return signal.pointwise(converted)
+
+
+def outcomes(
+    begins: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
+    """Where a converter that decides bit by bit changes its mind, and what it says from there on.
+
+    The first of the codes is what it says below all these places.
+
+    Args:
+        begins: where each code begins, in nominal codes, in the order of the codes.
+    """
+    places = np.append(np.float32(-np.inf), np.unique(begins[1:]))
+    codes = np.zeros(len(places), dtype=np.intp)
+    for bit in reversed(range(len(begins).bit_length() - 1)):
+        trial = codes + (1 << bit)
+        codes = np.where(places >= begins[trial], trial, codes)
+    new = np.append(True, codes[1:] != codes[:-1])
+    return places[new][1:], codes[new]
+
+
+def _cells(ends: NDArray[np.float32]) -> tuple[float, NDArray[np.intp]]:
+    """Cells in a nominal code, so that few ends lie in one, and the number of ends before each."""
+    for per_dn in (1.0, 2.0, 4.0, 8.0):  # powers of two: a float32 is scaled without rounding
+        cells = max(int(ends[-1] * per_dn), 0) + 1
+        before = np.searchsorted(np.maximum(ends * per_dn, 0.0), np.arange(cells))
+        before[0] = 0
+        if np.diff(before, append=len(ends)).max() <= 2:
+            break
+    return per_dn, before
 
 
 def weighed(draws: NDArray[np.float32], mismatch: float) -> NDArray[np.float64]:

@@ -86,7 +86,7 @@ class ChargeTransferInefficiency(Effect):
             signal.replace(type(signal.value)(interleaved(n), signal.shape)) for n in (kept, lost)
         ]
         dr.eval([part.value for part in held])
-        runs, behind = (Runs(part, longest=4) for part in held)
+        runs, behind = (Runs(part) for part in held)
         first_row = runs.places.row == 0
         return runs, [
             own + dr.select(first_row, 0.0, found)

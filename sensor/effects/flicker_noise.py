@@ -79,7 +79,7 @@ class FlickerNoise(Effect):
             coarse = coarse + dr.gather(flat, numbers, frame * drawn + sum(counts[: j - 1]) + hold)
         dr.eval(coarse)
 
-        length = min(4, run_length(signal.backend.arrays, width))  # as the white numbers come
+        length = run_length(signal.backend.arrays, width)  # as the white numbers come
         lane = dr.arange(index, batch * pixels // length)
         frame = lane // (pixels // length)
         low = index(dr.gather(flat, cuts, frame * 2) * float(1 << _COARSE))

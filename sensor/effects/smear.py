@@ -9,6 +9,8 @@ import drjit as dr
 import numpy as np
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.neighbours import Places, fetched, run_length
+from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -63,8 +65,10 @@ class Smear(Effect):
         column_mean = dr.mean(signal.value, axis=1, mode="evaluated") - signal.clamp_e
         mean = share * dr.maximum(column_mean, 0.0).array
         dr.eval(mean)
-        frame, _, column = signal.coordinates()
-        added = dr.gather(type(mean), mean, frame * signal.shape[2] + column)
-        leaked = type(signal.value)(added, signal.shape)
+        arrays, width = signal.backend.arrays, signal.shape[2]
+        places = Places(arrays, signal.shape, run_length(arrays, width))
+        run = (places.frame * width + places.first) // places.length
+        added = tuple(fetched(mean, run, places.length))
+        leaked = Planes(colours=(added,), shape=signal.shape, arrays=arrays)
         known = signal.replace(leaked, least=float(np.min(mean.numpy())))
         return signal.pointwise(lambda e, leak: e + leak, stream.counts(known).numbers)
