@@ -300,7 +300,7 @@ def test_dark_current_that_differs_between_photosites_is_part_of_the_base() -> N
 def test_noise_of_the_clamp_is_part_of_the_base() -> None:
     """A clamp that averages 400 black pixels of 30 e- has a noise of 1.5 e-: no gap, but for a base
     camera whose clamp has none, which calls it a drift. Three darks of 16 frames tell it to an
-    eighth; what no clamp has, with fewer than a hundred pixels, is not taken for one."""
+    eighth; what no clamp has, with fewer than 25 pixels, is not taken for one."""
     clamp = 1.5
     setting = of_another_program(LONG_DARK, whole=False, clamp=clamp)
     known = calibrated(setting, None)

@@ -48,11 +48,13 @@ class Knob:
         name: as `Base.moved` takes it.
         channel: index, or None.
         step: of the difference quotient.
+        width: by which it may be expected to move; infinite where nothing tells it beforehand.
     """
 
     name: str
     channel: int | None
     step: float
+    width: float = FREE
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,7 +118,9 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         knobs.append(Knob(name="spread", channel=None, step=spread))
         knobs.append(Knob(name="uneven", channel=None, step=UNEVEN_STEP))
     if base.clamp_e2 > 0:
-        knobs.append(Knob(name="clamp", channel=None, step=0.6 * base.clamp_e2))
+        # few frames tell it, by their means: moments do so better than a step that is lost in noise
+        known = 0.5 * base.clamp_e2
+        knobs.append(Knob(name="clamp", channel=None, step=0.6 * base.clamp_e2, width=known))
     return tuple(knobs)
 
 
@@ -234,7 +238,7 @@ def directions(base: Base, scenery: Scenery, moved: Moved) -> Directions:
         own = _own(reference, base, knob.channel)
         figures.append(of_figures / knob.step * own)
         means.append(of_means / knob.step * lamp[:, None, None] * channel[:, None])
-        prior.append(FREE)
+        prior.append(knob.width)
     for handle, step in moved.steps.items():
         whole = dataclasses.replace(handle, channel=None)
         of_figures, of_means = changed[whole]

@@ -28,8 +28,8 @@ MOST_DARK_E_PER_S = 9e4
 MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
 
-FEWEST_BLACK = 100
-"""Optically black pixels that a clamp averages at least: a few in each row."""
+FEWEST_BLACK = 25
+"""Optically black pixels that a clamp averages at least."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

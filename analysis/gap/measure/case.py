@@ -148,11 +148,6 @@ BORROWED = 6.0
 """Twins' worth of trust that figures have nothing in common."""
 
 
-def freedom_of(spread: Spread) -> float:
-    """Degrees of freedom of the variance along a direction."""
-    return len(spread.residuals) - 1 + BORROWED
-
-
 def _in_common(spread: Spread, direction: Floats) -> float:
     """Variance of the twins along a direction; 1 where figures have nothing in common."""
     norm = float(direction @ direction)

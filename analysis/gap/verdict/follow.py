@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from analysis.gap.calibrate.fit import Fit
-from analysis.gap.measure.case import Candidate, freedom_of
+from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.hints import Hints, Told
@@ -106,7 +106,7 @@ def _looked(
     seen = closer(now.case, seen, tell)
     candidates = attribute(now.case, seen, tell, told=heard.told)
     evidence = telling(candidates, now.whole.p_value)
-    by_best = p_of_best(evidence, freedom_of(now.rod.spread))
+    by_best = p_of_best(evidence)
     return _Look(
         shown=tuple(seen),
         candidates=tuple(candidates),
