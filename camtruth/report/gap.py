@@ -14,6 +14,7 @@ from analysis.gap.diagnose import Diagnosis
 from analysis.gap.look.observe import STAGES
 from analysis.gap.look.texture import FAMILY, STAGE
 from analysis.gap.report import Figure, GapReport, Named
+from analysis.gap.verdict.verdict import LEAST_SCORE, MARGIN, MARGIN_OF_SCORE
 from camtruth.report.pictures import data_url
 from camtruth.report.plot import Axis, Marks, axis_over, plot
 from camtruth.report.sections import Section, Table, sections_page
@@ -178,7 +179,8 @@ def _suspects(report: GapReport) -> Section:
         text=(
             "Every effect of the catalogue, fitted together with the base on one half of the"
             " frames and scored on the other. The score is the fall of chi-squared; a suspect that"
-            " is named needs 14, and 9 more than any that is not named with it.",
+            f" is named needs {LEAST_SCORE:g}, and {MARGIN:g} more, or {100 * MARGIN_OF_SCORE:g} % of"
+            " it, than any that is not named with it.",
         ),
         svgs=[_bars("Score of the best suspects", scores, "fall of chi-squared")],
         caption="Fitted on one half of the frames, scored on the other, both ways.",
