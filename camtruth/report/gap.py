@@ -179,8 +179,8 @@ def _suspects(report: GapReport) -> Section:
         text=(
             "Every effect of the catalogue, fitted together with the base on one half of the"
             " frames and scored on the other. The score is the fall of chi-squared; a suspect that"
-            f" is named needs {LEAST_SCORE:g}, and {MARGIN:g} more, or {100 * MARGIN_OF_SCORE:g} % of"
-            " it, than any that is not named with it.",
+            f" is named needs {LEAST_SCORE:g}, and {MARGIN:g} or {100 * MARGIN_OF_SCORE:g} % of it"
+            " more than any that is not named with it.",
         ),
         svgs=[_bars("Score of the best suspects", scores, "fall of chi-squared")],
         caption="Fitted on one half of the frames, scored on the other, both ways.",
