@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field
 
@@ -97,6 +97,7 @@ plain = st.recursive(
 )
 
 
+@settings(deadline=None, derandomize=True)
 @given(plain | st.fixed_dictionaries({"name": plain}, optional={"part": plain, "count": plain}))
 def test_any_data_is_a_document_or_one_line(data: object) -> None:
     refusal: DocumentError | None = None
