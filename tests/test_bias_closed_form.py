@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.bias.demosaic import detrended_variance, site_factors
@@ -42,6 +42,7 @@ def test_moments_of_rounded_clipped_noise_are_those_of_draws(mean, sd):
     )
 
 
+@settings(deadline=None, derandomize=True)
 @given(st.floats(1.0, 250.0), st.floats(1.0, 5.0))
 def test_well_above_a_step_rounding_adds_a_twelfth(mean, sd):
     """Sheppard's correction: what is left is of the order exp(-2 pi^2 sd^2), 3e-9 at one step."""
@@ -51,6 +52,7 @@ def test_well_above_a_step_rounding_adds_a_twelfth(mean, sd):
     assert float(y.sd_dn) ** 2 == pytest.approx(sd**2 + 1 / 12, abs=2e-7)
 
 
+@settings(deadline=None, derandomize=True)
 @given(st.floats(0.0, 255.0))
 def test_without_noise_a_level_is_its_nearest_code(mean):
     y = rounded(mean, 0.0)
