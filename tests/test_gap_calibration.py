@@ -365,3 +365,24 @@ def test_frames_with_noise_never_repeat_by_chance() -> None:
         one = twins_that_stay(noise_dn2)
         errors = never_moved(one, dataclasses.replace(one, figures=figures))
         assert 5 / 24 / errors[2] == pytest.approx(z)
+
+
+def test_dark_current_that_differs_is_read_behind_rounding() -> None:
+    """Offsets and noise of a fifth of a DN, a black level between two codes, and dark current that
+    takes the long dark upon one: the pattern doubles in variance, that of the codes shrinks. That
+    of 80,000 photosites is known to a hundredth behind rounding, and a tenth is allowed."""
+    rng = np.random.default_rng(3)
+    exposure_s, sigma, grown = np.array([0.01, 0.04]), 0.2, 0.04
+    current = np.sqrt(grown / (exposure_s[1] ** 2 - exposure_s[0] ** 2)) * rng.normal(size=80_000)
+    offsets = 6.5 + sigma * rng.normal(size=80_000)
+    moments = []
+    for t in exposure_s:
+        level = offsets + current * t + 0.5 * (t == exposure_s[1])
+        codes = np.rint(level + sigma * rng.normal(size=(16, 80_000)))
+        halves = codes[::2].mean(axis=0), codes[1::2].mean(axis=0)
+        moments.append((codes.mean(), codes.var(axis=0, ddof=1).mean(), np.cov(*halves)[0, 1]))
+    mean, in_time, pattern = np.array(moments).T[..., None]
+    assert pattern[1, 0] < pattern[0, 0]
+    found = Darks.of(exposure_s, mean, in_time, pattern, 255)
+    lever = exposure_s[1] ** 2 - exposure_s[0] ** 2
+    assert found.pattern_dn2_per_s2[0] * lever == pytest.approx(grown, rel=0.1)

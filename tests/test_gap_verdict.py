@@ -21,6 +21,7 @@ from analysis.gap.suspects.beginnings import every_choice
 from analysis.gap.verdict import closing, trail, trust
 from analysis.gap.verdict import strength as strength_of
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
+from analysis.gap.verdict.confirm import _rivals
 from analysis.gap.verdict.later import deserves, earned
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
@@ -485,3 +486,19 @@ def test_a_report_is_strict_json() -> None:
     assert json.loads(text)["gap"]["before"] is None
     assert document["format"] == "camtruth-gap/1"
     assert document["next_capture"] is None
+
+
+def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
+    """Unless it makes bodies differ: it was fitted in a space of its own, and others' errors say
+    nothing of it."""
+    best, near, far, drawn = (
+        dataclasses.replace(candidate(name, score), misfit=misfit)
+        for name, score, misfit in (
+            ("gamma", 900.0, 1.2),
+            ("jpeg", 500.0, 1.5),
+            ("veiling_glare", 600.0, 3.1),
+            ("dust_shadow", 400.0, 3.1),
+        )
+    )
+    drawn = dataclasses.replace(drawn, model=SimpleNamespace())
+    assert _rivals([best, far, near, drawn]) == [near, drawn]
