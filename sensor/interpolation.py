@@ -24,11 +24,15 @@ WHOLE: tuple[Callable[[Any], Any], ...] = (
     dr.floor,
     lambda mean: mean,
     lambda mean: mean,
+    lambda mean: mean,
 )
 """What becomes of a mean, by arithmetic."""
 
-STEPS = (None, 1.0, 1.0, 1.0, 1.0, 16.0)
+STEPS = (None, 1.0, 1.0, 1.0, 1.0, 16.0, 16.0)
 """Steps of the converter in a code that leaves the camera; None where it has endlessly many."""
+
+RAISED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1 / 128)
+"""Added to what the converter gives. Less than half a step of any mean: it sends halves up."""
 
 Row = tuple[list[Any], list[Any], list[Any]]
 """Columns of red, green and blue."""
@@ -76,7 +80,8 @@ class Interpolated:
         steps, top = STEPS[self.arithmetic], float(self.mosaic.format.top_dn)
         if steps is None:
             return line
-        return [dr.clip(dr.round(sample * steps) / steps, 0.0, top) for sample in line]
+        raised = RAISED[self.arithmetic]
+        return [dr.clip(dr.round(sample * steps) / steps + raised, 0.0, top) for sample in line]
 
     def _row(self, runs: Runs, lines: list[list[Any]], dy: int) -> Row:
         """Colours of the row dy below, from its samples and those above and below it."""

@@ -178,7 +178,7 @@ def test_temporal_filter_remembers_in_the_dark_and_pixel_by_pixel() -> None:
     tells_apart(figures, real, blurred)
 
 
-@pytest.mark.parametrize("algorithm", [1, 2, 3, 4])
+@pytest.mark.parametrize("algorithm", [1, 2, 3, 4, 5])
 @pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
 def test_demosaic_other_keeps_the_samples_and_flat_colours(algorithm: int, cfa: str) -> None:
     effect = DemosaicOther(algorithm=algorithm)
@@ -187,7 +187,8 @@ def test_demosaic_other_keeps_the_samples_and_flat_colours(algorithm: int, cfa: 
     sites = np.array(["RGB".index(c) for c in cfa]).reshape(2, 2)
     sites = np.tile(sites, (12, 16))[None, :, :, None]
     kept = np.take_along_axis(applied(effect, bilinear, cfa=cfa), sites, axis=3)[..., 0]
-    resolution = {3: 0.5 / 256, 4: 0.5}.get(algorithm, 0)  # OpenCV takes codes of 16 and 8 bits
+    # OpenCV takes codes of 16 and 8 bits
+    resolution = {3: 0.5 / 256, 4: 0.5, 5: 0.5}.get(algorithm, 0)
     assert np.abs(kept - mosaic).max() <= resolution + 1e-4
     colours = np.broadcast_to([120.0, 100.0, 60.0], (1, 24, 32, 3))
     assert np.abs(applied(effect, colours, cfa=cfa) - colours).max() < 0.01
@@ -219,6 +220,21 @@ def test_variable_gradients_do_not_mix_the_greens_of_an_edge() -> None:
     real = applied(DemosaicOther(algorithm=4), bilinear, cfa="RGGB")
     assert set(np.unique(bilinear[..., 1])) == {50.0, 75.0, 125.0, 150.0}
     assert set(np.unique(real[..., 1])) == {50.0, 150.0}
+
+
+def test_edge_aware_on_whole_codes_sends_halves_up() -> None:
+    """Where nothing has an edge across, each missing red of a row is (a + b + 1) >> 1 of the whole
+    codes beside it, and in fractions their mean."""
+    columns = np.round(noise_on(100.0, 20.0, 1, 1, 32))
+    mosaic = np.broadcast_to(columns, (1, 24, 32))
+    bilinear = applied(Demosaic(), mosaic, cfa="RGGB")
+    of_codes, of_fractions = (
+        applied(DemosaicOther(algorithm=a), bilinear, cfa="RGGB")[0, 8, 8:24, 0] for a in (5, 3)
+    )
+    beside = (columns[0, 0, 8:-8:2] + columns[0, 0, 10:-6:2]) / 2
+    assert np.any(beside % 1 == 0.5)
+    assert np.array_equal(of_codes[1::2], np.floor(beside + 0.5))
+    assert np.allclose(of_fractions[1::2], beside, atol=1 / 256)
 
 
 @pytest.mark.parametrize("cfa", ["GGGG", "RGGB"])

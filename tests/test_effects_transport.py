@@ -207,7 +207,7 @@ def test_effects_that_need_colours_say_so() -> None:
 
 @pytest.mark.parametrize("value", [0.5, 1.5])
 def test_choices_are_whole_numbers(value: float) -> None:
-    with pytest.raises(CameraError, match="expected a whole number from 0 to 4"):
+    with pytest.raises(CameraError, match="expected a whole number from 0 to 5"):
         DemosaicOther(algorithm=value)
 
 

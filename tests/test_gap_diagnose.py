@@ -223,10 +223,12 @@ def another_program(
     spread: float = 0.0,
     uneven: float = 0.0,
     clamp: float = 0.0,
+    finer: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
     """The frames of a camera of equation (1) that is written in NumPy and shares no line with ours:
     gain 0.02 DN/e-, read noise 30 e-, dark current that moves the mean, of that `spread` over the
-    photosites in e-/s, log-normal where it is `uneven`, and a clamp with noise in e-."""
+    photosites in e-/s, log-normal where it is `uneven`, and a clamp with noise in e-. A converter
+    with four more bits is followed by gains about the black level and by `finer` to whole codes."""
     rng = np.random.default_rng([len(shot.label), int(whole)])
     body, black = np.random.default_rng(99), np.random.default_rng([len(shot.label), 98])
     prnu = 1 + 0.01 * body.normal(size=(HEIGHT, WIDTH))
@@ -245,14 +247,16 @@ def another_program(
         charge = rng.poisson((light * prnu + np.maximum(dark, 0.0)) * shot.exposure_s)
         dn = 0.02 * (charge + fpn + 30.0 * rng.normal(size=charge.shape)) + 6.3
         dn += 0.02 * clamp * black.normal()
-        raw = np.clip(np.round(dn), 0, 255) if whole else dn
+        raw = np.clip(np.round(dn), 0, 255) if whole else np.round(16 * dn) / 16 if finer else dn
         planes = []
         for mask in masks:
             cross = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]]) / 4
             square = np.array([[1, 2, 1], [2, 4, 2], [1, 2, 1]]) / 4
             kernel = cross if mask is green else square
             planes.append(ndimage.convolve(raw * mask, kernel, mode="mirror"))
-        frames.append(np.clip(np.round(np.stack(planes, axis=-1) * gains), 0, 255))
+        origin = 6.3 if finer else 0.0
+        colours = origin + (np.stack(planes, axis=-1) - origin) * gains
+        frames.append(np.clip((finer or np.round)(colours), 0, 255))
     return np.array(frames, dtype=np.uint8)
 
 
@@ -286,6 +290,32 @@ def test_the_base_camera_of_another_program_is_matched(whole: bool) -> None:
     assert found.p_value > 1e-3, found
     other = dataclasses.replace(setting, arithmetic=3 if whole else 2)
     assert measured(calibrated(other, None), setting.seen).whole.p_value < 1e-6
+
+
+HALVES = {"even": np.round, "up": lambda dn: np.floor(dn + 0.5)}
+
+
+@pytest.mark.parametrize("halves", HALVES)
+def test_a_converter_of_more_bits_than_leave_the_camera_is_part_of_the_base(halves: str) -> None:
+    """Where halves go to the even number it has 17 sixteenths and its neighbours 15, and gains of
+    sixteenths make combs of their own: no gap, but for a base camera that knows of neither. The
+    gains come out to four times the 1 % to which photon transfer tells them here."""
+    gains = (1.06, 1.0, 1.17)
+    setting = of_another_program(LONG_DARK, whole=False, gains=gains, finer=HALVES[halves])
+    known = calibrated(setting, None)
+    assert measured(known, setting.seen).whole.p_value > 1e-3
+    found = known.base.white_balance
+    assert found is not None
+    assert (found.red_gain, found.blue_gain) == pytest.approx((gains[0], gains[2]), rel=0.04)
+    plain = dataclasses.replace(
+        known.base,
+        arithmetic=0,
+        white_balance=None,
+        gain_dn_per_e=known.base.gain_dn_per_e * gains,
+        read_dn2=known.base.read_dn2 * np.square(gains),
+        fpn_dn2=known.base.fpn_dn2 * np.square(gains),
+    )
+    assert measured(around(plain, known.scenery), setting.seen).whole.p_value < 1e-6
 
 
 def test_dark_current_that_differs_between_photosites_is_part_of_the_base() -> None:

@@ -9,11 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.gap.calibrate.counting import counted, in_finer_codes
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
-from analysis.gap.calibrate.first_guess import before, first_guess
+from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import Refined, counted, refine
+from analysis.gap.calibrate.refine import Refined, refine
 from analysis.gap.camera.base import camera_of
+from analysis.gap.look.arithmetic import OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
 from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
@@ -47,7 +49,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
 
     def fitted(dark: Darks) -> Refined:
         start = first_guess(fit_half, scenery, nominal, dark, setting.arithmetic)
-        start = before(balance, start) if balance is not None else start
+        if balance is not None:
+            start = dataclasses.replace(start.multiplied(balance), arithmetic=OF_WHOLE_SAMPLES)
         return refine(start, fit_half, scenery, effects)
 
     dark = darks_of(fit_half, scenery, setting.black_dn)
@@ -58,6 +61,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     other = counted(best, fit_half, scenery)
     if other is not best.base:
         best = refine(other, fit_half, scenery, effects)
+    best = in_finer_codes(best, fit_half, scenery)
     return around(best.base, scenery, effects)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from analysis.gap.look.arithmetic import IN_SIXTEENTHS
 from analysis.gap.measure.signature import scaled
 from analysis.gap_bench.cases import Case
 from analysis.identifiability.limits import Limit, effect_of
@@ -26,6 +27,7 @@ from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
+from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture
 from sensor.protocol import Protocol
 from sensor.record import record
@@ -49,6 +51,9 @@ INTERVAL_S = 0.0667
 
 
 ARITHMETICS = 4
+FINER = 3
+"""Of so many cameras one has a converter of four more bits, with a white balance behind it."""
+
 UNEVEN = (0.0, 0.6)
 """Spread of dark current over the photosites, relative to its mean; log-normal in every other
 camera."""
@@ -78,6 +83,7 @@ def middle(height: int, width: int) -> Camera:
         uneven=0.0,
         log_normal=False,
         black_pixels=np.inf,
+        finer=False,
     )
 
 
@@ -107,6 +113,7 @@ def random_camera(number: int, height: int, width: int) -> Camera:
         uneven=even(*UNEVEN),
         log_normal=bool(draw.integers(2)),
         black_pixels=log(*BLACK_PIXELS) if draw.integers(2) else np.inf,
+        finer=not draw.integers(FINER),
     )
 
 
@@ -126,14 +133,22 @@ def _camera(
     uneven: float,
     log_normal: bool,
     black_pixels: float,
+    finer: bool,
 ) -> Camera:
+    colours = gain
+    if finer:
+        gain = Colours.of(gain.G)
+        arithmetic = IN_SIXTEENTHS[arithmetic % len(IN_SIXTEENTHS)]
     read_e = read_dn / gain.G
     plain = dataclasses.replace(
         load(CAMERA).resized(height, width),
         gain_dn_per_e=gain,
         black_dn=black_dn,
-        sensitivity=gain.map(lambda g: BRIGHTNESS_DN_PER_E * brighter / g),
+        sensitivity=colours.map(lambda g: BRIGHTNESS_DN_PER_E * brighter / g),
     )
+    if finer:
+        balance = WhiteBalance(red_gain=colours.R / gain.R, blue_gain=colours.B / gain.B)
+        plain = plain.plus(balance)
     return plain.plus(
         Prnu(ratio=prnu),
         Fpn(sigma_e=fpn_dn / gain.G),

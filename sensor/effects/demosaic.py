@@ -25,7 +25,9 @@ class Demosaic(Effect):
     One whose converter gives whole numbers but that counts in fractions from there on rounds again
     behind everything: without further processing that is the same as halves to the even number. One
     whose converter has four bits more than what leaves the camera counts in sixteenths, as cameras
-    of 12 bits do that give 8: what processing makes of a sixteenth is a comb of its own.
+    of 12 bits do that give 8: what processing makes of a sixteenth is a comb of its own. Where it
+    rounds behind everything, halves go to the even number, which then has 17 sixteenths and its
+    neighbours 15, or up.
     """
 
     name: ClassVar[str] = "demosaic"
@@ -38,10 +40,10 @@ class Demosaic(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=5.0,
+        maximum=6.0,
         whole=True,
         doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down;"
-        " 4 in fractions of whole samples, 5 of whole sixteenths",
+        " 4 in fractions of whole samples, 5 of whole sixteenths, 6 of these with halves up",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:

@@ -29,6 +29,7 @@ class DemosaicOther(Effect):
         2: Menon, along the direction in which colour differences vary less, then refined
         3: OpenCV's edge-aware rule, along the smaller of two gradients
         4: OpenCV's variable number of gradients, from all directions that vary little
+        5: the edge-aware rule on whole codes of 8 bits, whose means have their halves up
 
     Stands behind `demosaic`: measured samples pass that one unchanged, so they are taken from its
     result, filled in anew, and pass unchanged here too. Noise moves between the colours: Malvar's
@@ -49,10 +50,11 @@ class DemosaicOther(Effect):
         1.0,
         unit="1",
         minimum=0.0,
-        maximum=4.0,
+        maximum=5.0,
         identity=0.0,
         whole=True,
-        doc="0 leaves the bilinear one, 1 Malvar, 2 Menon, 3 edge-aware, 4 variable gradients",
+        doc="0 leaves the bilinear one, 1 Malvar, 2 Menon, 3 edge-aware, 4 variable gradients,"
+        " 5 edge-aware on whole codes",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -65,7 +67,7 @@ class DemosaicOther(Effect):
             )
         if self.algorithm == 0:
             return signal.replace(signal.value)
-        fill = (_malvar, _menon, _edge_aware, _variable_gradients)[int(self.algorithm) - 1]
+        fill = FILLS[int(self.algorithm) - 1]
         image = np.asarray(signal.value.numpy()).reshape(signal.shape)
         sites = signal.format.colour_index[None, :, :, None].astype(np.intp)
         mosaic = np.take_along_axis(image, sites, axis=3)[..., 0]
@@ -98,8 +100,24 @@ def _edge_aware(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any
 
 def _variable_gradients(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:
     """OpenCV works on 8-bit codes here: no camera that fills in colours has more."""
+    return _on_codes(mosaic, f"COLOR_BAYER_{cfa}2RGB_VNG")
+
+
+def _edge_aware_on_codes(mosaic: NDArray[np.float32], cfa: str, bits: int) -> NDArray[Any]:
+    return _on_codes(mosaic, f"COLOR_BAYER_{cfa}2RGB_EA")
+
+
+def _on_codes(mosaic: NDArray[np.float32], way: str) -> NDArray[Any]:
     import cv2
 
     codes = np.clip(np.round(mosaic), 0, 255).astype(np.uint8)
-    filled = cv2.cvtColor(codes, getattr(cv2, f"COLOR_BAYER_{cfa}2RGB_VNG"))
-    return np.asarray(filled, dtype=np.float32)
+    return np.asarray(cv2.cvtColor(codes, getattr(cv2, way)), dtype=np.float32)
+
+
+FILLS: tuple[Fill, ...] = (
+    _malvar,
+    _menon,
+    _edge_aware,
+    _variable_gradients,
+    _edge_aware_on_codes,
+)

@@ -23,11 +23,10 @@ from analysis.gap.camera.base import MOST_DARK_E_PER_S, Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of
 from analysis.gap.camera.twin import Scenery, exposure_of
-from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
+from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.look.observe import Observation
 from analysis.gap.look.statistics.structure import FRAME_SPREAD
 from sensor.camera import Camera
-from sensor.effects.white_balance import WhiteBalance
 
 Floats = NDArray[np.float64]
 
@@ -156,28 +155,6 @@ def clamp_e2(seen: Observation, noise_e2: Floats) -> float:
     beyond, mean_e2 = np.array(found).T
     error = np.sqrt(3.0 / ((seen.frames - 1) * seen.groups * len(found)))
     return float(np.mean(beyond * mean_e2)) if beyond.mean() > SPREADS * error else 0.0
-
-
-def before(balance: WhiteBalance, base: Base) -> Base:
-    """The base in front of a white balance, of one that was read behind it.
-
-    Args:
-        balance: gains of whole codes.
-        base: by moments of the frames.
-    """
-    k = np.array(
-        [{"R": balance.red_gain, "B": balance.blue_gain}.get(c, 1.0) for c in base.channels]
-    )
-    origin = float(base.black_dn.mean()) if balance.about_black else 0.0
-    return dataclasses.replace(
-        base,
-        gain_dn_per_e=base.gain_dn_per_e / k,
-        read_dn2=base.read_dn2 / k**2,
-        fpn_dn2=base.fpn_dn2 / k**2,
-        black_dn=origin + (base.black_dn - origin) / k,
-        arithmetic=OF_WHOLE_SAMPLES,
-        white_balance=balance,
-    )
 
 
 def _charge(by_channel: Floats, least: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -211,28 +210,6 @@ def _least_fall(point: Refined) -> float:
     if excess < 0:
         return CLOSE * chi2
     return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))
-
-
-def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float = FAR) -> Base:
-    """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
-
-    Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
-    does.
-
-    Args:
-        found: a camera against the frames.
-        seen: the frames that fit.
-        scenery: their light and shots.
-        enough: misfit from which others are tried.
-    """
-    if found.misfit < enough:
-        return found.base
-    others = (
-        refined(dataclasses.replace(found.base, arithmetic=rule), seen, scenery, found.effects)
-        for rule in scenery.rules
-        if rule != found.base.arithmetic
-    )
-    return min([found, *others], key=lambda one: one.chi2).base
 
 
 def _directions(point: Refined, scenery: Scenery) -> Directions:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.look.arithmetic import IN_SIXTEENTHS
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -27,6 +28,9 @@ Floats = NDArray[np.float64]
 MOST_DARK_E_PER_S = 9e4
 MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
+
+GAIN_ERROR = 0.01
+"""Standard deviation of a gain of sixteenths, as photon transfer tells it."""
 
 FEWEST_BLACK = 25
 """Optically black pixels that a clamp averages at least."""
@@ -49,8 +53,8 @@ class Base:
         dark_uneven: u of the law that it follows there; see `DarkShot`.
         clamp_e2: variance of what the pixels of a frame share, in e-^2: the clamp's own noise.
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
-        white_balance: of whole codes, behind it; None without. Gains, levels and variances above
-            are those before it.
+        white_balance: of whole codes or sixteenths, behind it; None without. Gains, levels and
+            variances above are those before it.
         blur_px2: variance by which the picture is softer than its light, along each axis.
         level: electrons per unit of the light, by lamp, each per channel.
     """
@@ -120,6 +124,48 @@ class Base:
                 field = {"read": "read_dn2", "fpn": "fpn_dn2", "prnu": "prnu2"}[name]
                 values = np.maximum(getattr(self, field) + step, 0.0)
                 return dataclasses.replace(self, **{field: values})
+
+    def multiplied(self, gains: WhiteBalance) -> Base:
+        """The camera whose frames look the same, with these gains behind its converter: its figures
+        are those in front of them.
+
+        Args:
+            gains: come on top of those that it has.
+        """
+        k = np.array(
+            [{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1.0) for c in self.channels]
+        )
+        origin = float(self.black_dn.mean()) if gains.about_black else 0.0
+        had = self.white_balance
+        whole = (
+            gains
+            if had is None
+            else dataclasses.replace(
+                had,
+                red_gain=had.red_gain * gains.red_gain,
+                blue_gain=had.blue_gain * gains.blue_gain,
+            )
+        )
+        return dataclasses.replace(
+            self,
+            gain_dn_per_e=self.gain_dn_per_e / k,
+            read_dn2=self.read_dn2 / k**2,
+            fpn_dn2=self.fpn_dn2 / k**2,
+            black_dn=origin + (self.black_dn - origin) / k,
+            white_balance=whole,
+        )
+
+    def of_body(self, seed: int) -> Base:
+        """The base with gains that nobody knows exactly: where sixteenths are multiplied, a
+        thousandth of a gain is another comb. Those of whole codes are told by theirs.
+
+        Args:
+            seed: of the camera body.
+        """
+        if self.white_balance is None or self.arithmetic not in IN_SIXTEENTHS:
+            return self
+        red, blue = 1.0 + GAIN_ERROR * np.random.default_rng(seed).standard_normal(2)
+        return self.multiplied(WhiteBalance(red_gain=float(red), blue_gain=float(blue)))
 
     @property
     def most_of_a_clamp_e2(self) -> float:

@@ -87,3 +87,25 @@ def step_from(value: float, p: Parameter, times: float = 1.0) -> float:
     step = times * 0.1 * (size or 0.1 * (p.maximum - p.minimum))
     up, down = min(step, p.maximum - value), min(step, value - p.minimum)
     return up if up == step or up > down else -down
+
+
+NOTHING = 1e-3
+"""Part of what an effect usually does. One that does less and is seen all the same is seen by how
+it rounds: a power of 1.0000002 sends halves to another side."""
+
+
+def does_nothing(effect: Effect) -> bool:
+    """Whether every strength of an effect is off but for so little that no camera has it.
+
+    Args:
+        effect: at fitted parameters; one without strengths always does something.
+    """
+    strengths = [p for p in effect.parameters() if p.identity is not None]
+    return bool(strengths) and all(_is_off(p, getattr(effect, p.name)) for p in strengths)
+
+
+def _is_off(strength: Parameter, value: float | Colours) -> bool:
+    off = strength.identity or 0.0
+    usually = abs(strength.default - off) or 0.1 * (strength.maximum - strength.minimum)
+    values = [value[c] for c in CHANNELS] if isinstance(value, Colours) else [value]
+    return all(abs(one - off) < NOTHING * usually for one in values)

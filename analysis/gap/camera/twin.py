@@ -78,7 +78,9 @@ def twin(
     lights = [
         _lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots
     ]
-    camera = bare.plus(*effects).with_body(body)
+    own = base.of_body(body)
+    camera = bare if own is base else camera_of(own, scenery.body)
+    camera = camera.plus(*effects).with_body(body)
     seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
 

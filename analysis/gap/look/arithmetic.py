@@ -23,7 +23,12 @@ OF_WHOLE_SAMPLES = 4
 number, and differs from it by what processing makes of the fractions."""
 
 OF_SIXTEENTHS = 5
-"""In fractions behind a converter with four more bits."""
+"""In fractions behind a converter with four more bits; the last halves go to the even number."""
+
+OF_SIXTEENTHS_UP = 6
+"""The same with the last halves up: in fractions of themselves these differ by a shift alone."""
+
+IN_SIXTEENTHS = (OF_SIXTEENTHS, OF_SIXTEENTHS_UP)
 
 HALVES_TO_EVEN = 2
 

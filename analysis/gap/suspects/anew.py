@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import FINAL_SEEDS
-from analysis.gap.calibrate.refine import MOST_STEPS, Refined, counted, refine, refined
+from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate

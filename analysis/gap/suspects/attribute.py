@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
 from analysis.gap.ready.hints import Told
@@ -79,7 +80,7 @@ def attribute(
     as_they_are = [_as_it_is(case, e) for e in first]
     # of a suspect that was followed that is what counts
     unique = {c.name: c for c in reversed([*by_following, *as_adapted, *as_they_are])}
-    return sorted(unique.values(), key=lambda c: -c.score)
+    return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
 
 
 def _at_strength(
@@ -141,6 +142,11 @@ def _pursued(
 def _unexplained(case: Case) -> float:
     """Chi-squared beyond what is expected."""
     return float(np.square(case.fit_left).sum() - case.fitting.spread.expected.sum())
+
+
+def _if_it_does(found: Candidate) -> Candidate:
+    """A suspect, with no merit where it does nothing at the strength that was found."""
+    return dataclasses.replace(found, score=0.0) if does_nothing(found.effect) else found
 
 
 def at_first_sight(case: Case, shown: Iterable[Signature]) -> Candidate | None:

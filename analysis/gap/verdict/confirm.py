@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import counted, refine, refined
+from analysis.gap.calibrate.refine import refine, refined
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting, halves

@@ -1,0 +1,110 @@
+"""How a camera counts between its converter and what leaves it, told by which twins fit.
+
+Codes of one value in 17 sixteenths and of the next in 15, or red and blue multiplied by a white
+balance before their last four bits go: this belongs to a camera of 12 bits that gives 8 and is no
+fault of its converter, though codes are not equally wide.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from analysis.gap.calibrate.refine import FAR, Refined, refine, refined
+from analysis.gap.camera.base import Base
+from analysis.gap.camera.twin import Scenery
+from analysis.gap.look.arithmetic import IN_SIXTEENTHS, OF_SIXTEENTHS
+from analysis.gap.look.observe import Observation
+from sensor.effects.white_balance import WhiteBalance
+
+UNEVEN = 2.0
+"""Mean square of what is left of the histograms, in standard errors, that is no chance."""
+
+MOST_GAIN = 4.0
+"""Of a white balance; what looks like more is none."""
+
+LIKELIEST = 2
+"""Ways of counting in finer codes that are calibrated: their black levels differ a little."""
+
+EVENER = 0.5
+"""Part of the unevenness that finer codes leave where they are its cause."""
+
+NO_WORSE = 1.1
+"""Times chi-squared that they may leave of all figures: their twins are others."""
+
+
+def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float = FAR) -> Base:
+    """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
+
+    Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
+    does.
+
+    Args:
+        found: a camera against the frames.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        enough: misfit from which others are tried.
+    """
+    if found.misfit < enough:
+        return found.base
+    others = (
+        refined(dataclasses.replace(found.base, arithmetic=rule), seen, scenery, found.effects)
+        for rule in scenery.rules
+        if rule != found.base.arithmetic
+    )
+    return min([found, *others], key=lambda one: one.chi2).base
+
+
+def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
+    """The camera with a converter of more bits than leave it, where that is why codes are uneven.
+
+    Args:
+        found: a calibrated camera.
+        seen: the frames that fit.
+        scenery: their light and shots.
+    """
+    if unevenness(found) < UNEVEN:
+        return found
+    ways = (refined(base, seen, scenery, found.effects) for base in finer(found.base, scenery))
+    likely = sorted(ways, key=unevenness)[:LIKELIEST]
+    tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
+    best = min([found, *tried], key=unevenness)
+    if best is not found and best.base.white_balance is not None:
+        again = refine(balanced(best.base), seen, scenery, found.effects)
+        best = min(best, again, key=unevenness)
+    evener = unevenness(best) < EVENER * unevenness(found)
+    return best if evener and best.chi2 < NO_WORSE * found.chi2 else found
+
+
+def balanced(base: Base) -> Base:
+    """The same camera whose white balance has all that its channels' gains differ by: its converter
+    is the same for all colours.
+
+    Args:
+        base: with or without a white balance.
+    """
+    red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
+    return base.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))
+
+
+def unevenness(found: Refined) -> float:
+    """Mean square of what is left of the histograms of codes, in standard errors."""
+    gap = found.gap[: len(found.space.keys)]
+    left = [z for key, z in zip(found.space.keys, gap, strict=True) if key.family == "codes"]
+    return float(np.mean(np.square(left))) if left else 0.0
+
+
+def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
+    """The same camera with four bits more until the last rounding; with and without gains there."""
+    if OF_SIXTEENTHS not in scenery.rules or base.white_balance is not None:
+        return
+    yield dataclasses.replace(base, arithmetic=OF_SIXTEENTHS)
+    red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
+    if not all(1 / MOST_GAIN < gain < MOST_GAIN for gain in (red, blue)):
+        return
+    for about_black in (1.0, 0.0):
+        gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)
+        for rule in IN_SIXTEENTHS:
+            yield dataclasses.replace(base.multiplied(gains), arithmetic=rule)
