@@ -211,6 +211,17 @@ def test_no_mosaic_is_made_up() -> None:
 HALVES = {1: lambda mean: np.floor(mean + 0.5), 2: np.round, 3: np.floor}
 
 
+@pytest.mark.parametrize("step", [1, 2, 4])
+def test_codes_that_a_curve_leaves_out_are_empty(step: int) -> None:
+    """Steps of s codes leave s - 1 of s out, between the first that occur and the last; those of
+    noise do not count, which are empty beyond."""
+    rng = np.random.default_rng(step)
+    dn = np.round(rng.normal(128, 12, (1, FRAMES, HEIGHT, WIDTH)) / step) * step
+    share = np.square(codes(Group(codes=dn.astype(np.uint8), top_dn=255, lit=True))["empty codes"])
+    assert share[0] == pytest.approx((step - 1) / step, abs=0.05)
+    assert (share[0] == 0) == (step == 1)
+
+
 @pytest.mark.parametrize("arithmetic", [0, *HALVES])
 def test_the_arithmetic_of_a_demosaicer_is_told_from_its_frames(arithmetic: int) -> None:
     """Whole numbers with each rule for halves, and fractions; all by another program's filter."""

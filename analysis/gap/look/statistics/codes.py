@@ -16,6 +16,9 @@ LEAST_CODES = 8
 LEAST_COUNT = 50
 """Samples that a code's neighbours have on average where its own number is compared with theirs."""
 
+REACH = 4
+"""Codes to either side among which a frequent one is looked for: curves leave out up to three."""
+
 
 def codes(group: Group) -> Figures:
     """Unevenness of the histogram against its own smooth course, by the place of a code's bits."""
@@ -27,6 +30,7 @@ def codes(group: Group) -> Figures:
         by_place = share.reshape(len(share), -1, period).sum(axis=1)
         found[f"codes by place in {period}"] = np.sqrt(np.square(by_place - 1 / period).sum(axis=1))
     found["bumps of the histogram"] = _bumps(histogram, group.top_dn)
+    found["empty codes"] = _empty(histogram)
     return found
 
 
@@ -47,6 +51,15 @@ def _bumps(histogram: Floats, top_dn: int) -> Floats:
     count = used.sum(axis=1)
     mean_square = safe_ratio(np.where(used, np.square(bumps), 0.0).sum(axis=1), count)
     return np.where(count >= 4, np.sqrt(mean_square), 0.0)
+
+
+def _empty(histogram: Floats) -> Floats:
+    """Root of the share of codes that never occur, of those between frequent ones, (k,)."""
+    frequent = np.pad(histogram > LEAST_COUNT, ((0, 0), (REACH, REACH)))
+    within = np.lib.stride_tricks.sliding_window_view(frequent, 2 * REACH + 1, axis=1)
+    between = within[..., :REACH].any(axis=2) & within[..., REACH + 1 :].any(axis=2)
+    empty = (between & (histogram == 0)).sum(axis=1)
+    return np.sqrt(safe_ratio(empty.astype(np.float64), between.sum(axis=1)))
 
 
 def _histograms(codes: NDArray[Any]) -> Floats:
