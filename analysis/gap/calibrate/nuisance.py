@@ -98,10 +98,11 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
             noise = read + float(base.gain_dn_per_e[c]) * bright_dn
             prnu = 1.5 * float(base.prnu2[c]) + hidden * noise / bright_dn**2 + 5e-6
             knobs.append(Knob(name="prnu", channel=c, step=prnu))
-            knobs += [
-                Knob(name=f"level:{lamp}", channel=c, step=0.02)
-                for lamp in sorted({lamp_of(s) for s in scenery.shots if not s.dark})
-            ]
+            if scenery.light.known:
+                knobs += [
+                    Knob(name=f"level:{lamp}", channel=c, step=0.02)
+                    for lamp in sorted({lamp_of(s) for s in scenery.shots if not s.dark})
+                ]
     if len(exposures) > 1 or lit:
         # small beside the noise of every channel: their gains may differ several times
         charge = 0.3 * float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +25,7 @@ from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins,
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
+from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observe import Observation
 from sensor.effect import Effect
@@ -163,7 +165,10 @@ def refine(
     def stepped(point: Refined, part: float = 1.0) -> Refined:
         amounts = part * calibration(point.space, ways).amounts(point.gap)
         moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
-        return refined(turn(point.base, ways, amounts), seen, scenery, tuple(moved_on))
+        base = turn(point.base, ways, amounts)
+        if not scenery.light.known:
+            base = as_bright(base, point, seen, scenery)
+        return refined(base, seen, scenery, tuple(moved_on))
 
     def promising(point: Refined) -> bool:
         left = calibration(point.space, ways).left(point.gap)
@@ -217,6 +222,37 @@ def _directions(point: Refined, scenery: Scenery) -> Directions:
     return directions(
         point.base, scenery, moved_twins(point.base, scenery, references, point.effects)
     )
+
+
+NOT_CLIPPED = 0.97
+"""Part of the range up to which the mean of a block tells how bright it is."""
+
+
+def as_bright(base: Base, point: Refined, seen: Observation, scenery: Scenery) -> Base:
+    """A base whose twins are as bright as the frames, of one from which a step leads to it.
+
+    Light that was read from the frames themselves is as bright as they are. As a knob its level
+    would be free, as such light says nothing: a gain that is too high would go with too little
+    light, and every variance be right.
+
+    Args:
+        base: behind the step.
+        point: in front of it, with its twins.
+        seen: the frames that fit.
+        scenery: their light and shots.
+    """
+    ours = together(point.bodies.values()).means.mean(axis=0)
+    theirs = seen.means.mean(axis=0)
+    level = dict(base.level)
+    for lamp in level:
+        shots = [k for k, s in enumerate(scenery.shots) if not s.dark and lamp_of(s) == lamp]
+        dn = theirs[shots] - base.black_dn[None, :, None]
+        twins_dn = ours[shots] - base.black_dn[None, :, None]
+        good = theirs[shots] < NOT_CLIPPED * scenery.view.top_dn
+        above, below = ((good * one).sum(axis=(0, 2)) for one in (dn, twins_dn))
+        lit = (above > 0) & (below > 0)
+        level[lamp] = level[lamp] * np.divide(above, below, out=np.ones_like(above), where=lit)
+    return dataclasses.replace(base, level=level)
 
 
 def turn(base: Base, ways: Directions, amounts: Floats) -> Base:
