@@ -28,8 +28,11 @@ from sensor.catalogue import catalogue, effects_from_file
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.brighter_fatter import BrighterFatter
 from sensor.effects.dark_current import DarkCurrent
+from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
+from sensor.effects.nonlinearity import Nonlinearity
 from sensor.effects.read_noise import ReadNoise
 from sensor.effects.row_noise import RowNoise
 from sensor.errors import CaptureError
@@ -94,6 +97,34 @@ def test_a_camera_quieter_than_a_step_is_calibrated() -> None:
     assert np.sqrt(known.base.read_dn2) == pytest.approx(0.2, rel=0.15)
     assert np.sqrt(known.base.fpn_dn2) == pytest.approx(0.17, rel=0.15)
     assert measured(known, setting.seen).whole.p_value > 0.01
+
+
+def test_light_that_was_read_from_the_frames_stays_as_bright_as_they_are() -> None:
+    """Charges that repel each other take a tenth off the variance of bright pixels: no gain fits
+    dim and bright ones. A higher gain and less light would, where nothing tells how much light
+    there is; but its frames do, to the noise of their mean, which is well below 1 %."""
+    made = dataclasses.replace(
+        camera().without(Demosaic),
+        pixels="bayer16",
+        bits=12,
+        gain_dn_per_e=Colours.of(0.2),
+        black_dn=70.0,
+    ).plus(BrighterFatter(horizontal_per_e=3e-6, vertical_per_e=3e-6))
+    flat = np.full((HEIGHT, WIDTH, 3), 6e5, dtype=np.float32)
+    levels = (0.2, 0.4, 0.7, 1.0)
+    lit = tuple(Shot(label=f"flat {v}", light=("lamp",), level=(v,), exposure_s=0.02, frames=32)
+                for v in levels)  # fmt: skip
+    dark = dataclasses.replace(PROTOCOL.shot[0], frames=32)
+    protocol = dataclasses.replace(PROTOCOL, shot=(dark, *lit))
+    setting = look(record(made.with_body(6), protocol, {"lamp": flat}, seed=6), {})
+    assert setting is not None
+    base, light_of_frames = calibrated(setting, None).base, setting.scenery.light
+    assert not light_of_frames.known
+    dn_per_s = base.gain_dn_per_e * base.level["lamp"] * light_of_frames.rates["lamp"].mean((0, 1))
+    brightest = setting.capture.frames[-1].dn.mean() - 70.0
+    assert dn_per_s.mean() * 0.02 == pytest.approx(brightest, rel=0.01)
+    with_it = diagnose(setting.capture, suspects=[BrighterFatter, Nonlinearity]).report
+    assert [e.name for e in with_it.effects] == ["brighter_fatter"]
 
 
 def test_a_mosaic_that_begins_with_green_is_calibrated_colour_by_colour() -> None:
