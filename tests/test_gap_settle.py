@@ -62,6 +62,7 @@ def test_dust_is_as_much_as_bodies_differ() -> None:
     assert power(start) < power(DUST) / 10
     assert left(start) < BEYOND_DOUBT
     case = dusty()
-    found = settled(case, case.known.base, start).effects[-1]
+    model, _ = settled(case, case.known.base, start)
+    found = model.effects[-1]
     assert left(found) > 0.01
     assert power(found) == pytest.approx(power(DUST), rel=0.6)

@@ -15,7 +15,13 @@ from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.beginnings import channels_alike, choices, every_choice, louder
+from analysis.gap.suspects.beginnings import (
+    channels_alike,
+    choices,
+    every_choice,
+    louder,
+    of_other_strengths,
+)
 from analysis.gap.suspects.settle import settled
 from sensor.effect import Effect, Stage
 
@@ -30,6 +36,9 @@ MISFIT = 1.2
 SCATTERS = 0.5
 """Part of the misfit by the errors of a model without a suspect that is left by its own, where it
 makes bodies differ."""
+
+OFF = 1.0
+"""G of the frames that fit from which the other strengths of such a suspect are tried."""
 
 BEHIND = 2.0
 """Times the misfit of a suspect that was calibrated before, from which one that leaves more after
@@ -84,7 +93,11 @@ def anew(
         return None if shown is None else candidate(case, shown, camera, found.absorbed)
 
     if scatters:
-        model = settled(case, found.base, found.effect)
+        model, off = settled(case, found.base, found.effect)
+        if off > OFF:
+            # one of its strengths may have taken up what another one does
+            others = (settled(case, found.base, one) for one in of_other_strengths(found.effect))
+            model, _ = min([(model, off), *others], key=lambda one: one[1])
         one = scored(model.base, model.effects[-1])
         return found if one is None else dataclasses.replace(one, model=model)
 

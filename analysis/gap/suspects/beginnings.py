@@ -77,12 +77,13 @@ def choices(effect: Effect) -> list[Effect]:
     """The same effect with a choice made differently, with another of its strengths, or with a
     parameter as far from here as its search begins elsewhere.
     """
+    return [*chosen_otherwise(effect), *of_other_strengths(effect), *_elsewhere(effect)]
+
+
+def of_other_strengths(effect: Effect) -> list[Effect]:
+    """The same effect as searches for it begin, with others of its strengths, or more of them."""
     others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
-    return [
-        *chosen_otherwise(effect),
-        *(one for on, one in others.items() if on != _strengths_on(effect)),
-        *_elsewhere(effect),
-    ]
+    return [one for on, one in others.items() if on != _strengths_on(effect)]
 
 
 def _elsewhere(effect: Effect) -> list[Effect]:

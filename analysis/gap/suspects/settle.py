@@ -22,8 +22,9 @@ FITS = 0.05
 """Chance of what is left from which no further step is taken."""
 
 
-def settled(case: Case, base: Base, effect: Effect) -> Fit:
-    """The model with the effect, after some steps with everything known around both.
+def settled(case: Case, base: Base, effect: Effect) -> tuple[Fit, float]:
+    """The model with the effect, after some steps with everything known around both; and how far
+    it is from the frames, as a part of what is expected.
 
     Args:
         case: the capture; its frames that fit are used.
@@ -46,4 +47,4 @@ def settled(case: Case, base: Base, effect: Effect) -> Fit:
         amounts = turned.amounts(gap)
         base, effect = turn(base, model.ways, amounts), tune(effect, model.ways, amounts)
     assert best is not None
-    return best
+    return best, nearest

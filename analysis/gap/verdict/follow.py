@@ -156,8 +156,7 @@ def _another(step: Step, shown: Sequence[Signature], first: Candidate) -> bool:
     """Whether a suspect stands out where the whole is no more than chance makes.
 
     A second effect may be lost among thousands of figures that are as they should be, and not along
-    its own direction. After the one effect of ten captures no other suspect had a score above 9;
-    after the first of two strong ones, in three more, the other one had 106 to 279.
+    its own direction; see `later.LEAST_WHERE_LITTLE`.
     """
     known = {type(effect) for effect in step.model.effects}
     left = [one for one in shown if type(one.effect) not in known]
