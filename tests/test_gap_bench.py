@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import Diagnosis
+from analysis.gap.look.arithmetic import IN_SIXTEENTHS
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
@@ -43,6 +44,7 @@ from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.demosaic import Demosaic
 from sensor.effects.jpeg import Jpeg
 from sensor.effects.row_noise import RowNoise
+from sensor.effects.white_balance import WhiteBalance
 
 WIDTH, HEIGHT = 64, 48
 
@@ -249,10 +251,14 @@ def test_products_of_different_draws_have_no_noise_of_their_own() -> None:
 def test_every_base_figure_is_drawn_anew() -> None:
     first, second = random_camera(1, 48, 64), random_camera(2, 48, 64)
     assert first == random_camera(1, 48, 64)
-    for effect, other in zip(first.effects, second.effects, strict=True):
+    for effect in first.effects:
+        other = second.get(type(effect))
         assert not effect.values() or effect != other or effect.name == "demosaic"
-    fills = {random_camera(k, 48, 64).get(Demosaic) for k in range(20)}
-    assert len(fills) == ARITHMETICS
+    cameras = [random_camera(k, 48, 64) for k in range(60)]
+    fills = [camera.get(Demosaic).arithmetic for camera in cameras]
+    assert set(fills) == {*range(ARITHMETICS), *IN_SIXTEENTHS}
+    balanced = [camera.get(WhiteBalance) is not None for camera in cameras]
+    assert balanced == [fill in IN_SIXTEENTHS for fill in fills]
     for field in ("gain_dn_per_e", "black_dn", "sensitivity"):
         assert getattr(first, field) != getattr(second, field)
 

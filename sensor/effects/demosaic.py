@@ -43,7 +43,7 @@ class Demosaic(Effect):
         maximum=6.0,
         whole=True,
         doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down;"
-        " 4 in fractions of whole samples, 5 of whole sixteenths, 6 of these with halves up",
+        " 4 in fractions of samples, 5 of sixteenths, 6 with halves up",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
