@@ -12,7 +12,14 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
-from analysis.gap.camera.handles import Handle, free_parameters, handles_of, moved, step_from
+from analysis.gap.camera.handles import (
+    Handle,
+    does_nothing,
+    free_parameters,
+    handles_of,
+    moved,
+    step_from,
+)
 from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import exponent, histograms, white_balance
@@ -21,10 +28,14 @@ from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.measure.signature import scaled, starts
 from analysis.gap.ready.full_well import full_well_e, level_of_full
 from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
+from analysis.gap.suspects.beginnings import of_other_strengths
+from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.defect_correction import DefectCorrection
+from sensor.effects.gamma import Gamma
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.frames import Frames
 from sensor.protocol import Shot
@@ -321,3 +332,23 @@ def test_colours_that_are_blurred_are_not_shared(blur: float) -> None:
     assert shared_colours([sent(0, blur=blur)]) is None
     assert shared_colours([sent(1)[:, :, :40]]) is None
     assert shared_colours([sent(1)[..., 0], np.full((4, 64, 64, 3), 17, dtype=np.uint8)]) is None
+
+
+def test_a_strength_that_no_camera_has_does_nothing() -> None:
+    """A ten-thousandth of the usual strength is nothing, a hundredth is not, of every effect that
+    has one; a power of 1.0000002 moves no code but by where it sends halves."""
+    for kind in catalogue().values():
+        usual = kind()
+        if kind.base or scaled(usual, 0.5) == usual or any(p.whole for p in kind.parameters()):
+            continue
+        assert does_nothing(scaled(usual, 1e-4)), kind.name
+        assert not does_nothing(scaled(usual, 1e-2)), kind.name
+    assert does_nothing(Gamma(exponent=1.0000002))
+    assert not does_nothing(Gamma(exponent=0.99))
+
+
+def test_an_effect_of_two_strengths_is_tried_with_the_other_one_and_with_both() -> None:
+    rows = BlackLevelDrift(row_sigma_e=5.0, frame_sigma_e=0.0)
+    on = {(one.row_sigma_e > 0, one.frame_sigma_e > 0) for one in of_other_strengths(rows)}
+    assert on == {(False, True), (True, True)}
+    assert of_other_strengths(Gamma(exponent=0.9)) == []

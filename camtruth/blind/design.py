@@ -208,7 +208,7 @@ def exposed(base: Camera, protocol: Protocol, rates: Mapping[str, NDArray[np.flo
 
 
 def body(base: Camera, wanted: Wanted) -> Camera:
-    """The case's own camera: gain, black level, noises, patterns and dark current drawn anew."""
+    """The case's own camera: gain, black level, noises and patterns drawn anew."""
     rng = np.random.default_rng(wanted.draw)
     drawn = _varied(base, rng, SPREAD)
     black = drawn.black_dn + float(rng.uniform(-0.5, 2.0))

@@ -8,6 +8,7 @@ pattern          = FPN + PRNU^2 (mean - black)^2
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,14 +141,13 @@ def clamp_e2(seen: Observation, noise_e2: Floats) -> float:
         seen: the capture.
         noise_e2: variance in time, (shots, channels).
     """
+    told = [(k, key) for k, key in enumerate(seen.keys)
+            if key.statistic == FRAME_SPREAD and key.shot not in seen.lit]  # fmt: skip
+    lattices = Counter(lattice[0] for lattice in {key.lattice for _, key in told})
     found = []
-    for k, key in enumerate(seen.keys):
-        if key.statistic != FRAME_SPREAD or key.shot in seen.lit:
-            continue
+    for k, key in told:
         channel = seen.channels.index(key.lattice[0])
-        alike = len({other.lattice for other in seen.keys
-                     if other.lattice[0] == key.lattice[0] and other.shot == key.shot})  # fmt: skip
-        pixels = seen.samples * seen.means.shape[-1] / alike
+        pixels = seen.samples * seen.means.shape[-1] / lattices[key.lattice[0]]
         mean_e2 = noise_e2[seen.shots.index(key.shot), channel] / pixels
         found.append((float(np.mean(seen.figures[:, k] ** 3)) - 1.0, float(mean_e2)))
     if not found:

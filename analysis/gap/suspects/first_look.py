@@ -26,7 +26,7 @@ from sensor.colours import Colours
 from sensor.effect import Effect
 
 WORTH_A_SECOND = 14.0
-"""Promise that is worth a second look: a suspect needs as high a score to be named, and families
+"""Promise that is worth a second look: a suspect needs a score of 15 to be named, and families
 promise half of that by chance."""
 
 PROMISING = 0.05
