@@ -24,10 +24,12 @@ from analysis.gap.calibrate.darks import (
 from analysis.gap.calibrate.space import Space, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
+from analysis.gap.look.arithmetic import OF_SIXTEENTHS
 from analysis.gap.look.observe import Key, Observation
 from analysis.gap.measure.distance import Yardstick
 from analysis.gap.measure.measured import errors_of
 from analysis.gap.suspects.beginnings import channels_alike
+from sensor.effects.white_balance import WhiteBalance
 from sensor.protocol import Shot
 
 Floats = NDArray[np.float64]
@@ -233,10 +235,9 @@ def test_shots_in_which_nothing_moves_stay_still_beside_one_in_which_all_does() 
     assert np.square(drawn[1] - truth[1]).mean() == pytest.approx(0.3**2 / 2, rel=0.2)
 
 
-def test_channels_that_are_alike_are_as_bright_as_before() -> None:
-    """Green's figures in all channels, and each lamp's level so that gain times level, which a
-    picture shows, stays as it was to single precision."""
-    base = Base(
+def plain() -> Base:
+    """A camera whose channels differ in all that they can."""
+    return Base(
         channels=("R", "G", "B"), gain_dn_per_e=np.array([0.022, 0.02, 0.027]),
         read_dn2=np.array([0.4, 0.2, 0.3]), fpn_dn2=np.array([0.02, 0.03, 0.04]),
         prnu2=np.array([1e-4, 2e-4, 3e-4]), black_dn=np.array([6.4, 6.8, 6.5]), dark_e_per_s=300.0,
@@ -244,6 +245,38 @@ def test_channels_that_are_alike_are_as_bright_as_before() -> None:
         white_balance=None, blur_px2=0.0,
         level={"lamp": np.array([0.9, 1.0, 1.1])},
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("about_black", [0.0, 1.0])
+def test_gains_behind_the_converter_leave_frames_as_they_were(about_black: float) -> None:
+    """DN' = o + k (DN - o) gives gain, noise and black level back, once and on top of others; the
+    gains of a body are its own where sixteenths are multiplied, and those of whole codes are not.
+    """
+    base = plain()
+    first = WhiteBalance(red_gain=1.1, blue_gain=1.2, about_black=about_black)
+    more = WhiteBalance(red_gain=1.05, blue_gain=0.9)
+    of_whole_codes = base.multiplied(first).multiplied(more)
+    of_sixteenths = dataclasses.replace(of_whole_codes, arithmetic=OF_SIXTEENTHS)
+    a_body = of_sixteenths.of_body(3)
+    assert of_whole_codes.of_body(3) is of_whole_codes
+    assert a_body.white_balance != of_sixteenths.white_balance
+    for one in (of_whole_codes, a_body):
+        gains = one.white_balance
+        assert gains is not None
+        assert gains.about_black == about_black
+        k = np.array([gains.red_gain, 1.0, gains.blue_gain])
+        origin = base.black_dn.mean() * about_black
+        assert k * one.gain_dn_per_e == pytest.approx(base.gain_dn_per_e)
+        assert k**2 * one.read_dn2 == pytest.approx(base.read_dn2)
+        assert k**2 * one.fpn_dn2 == pytest.approx(base.fpn_dn2)
+        # channels have a black level of their own, of which a camera has the mean as its origin
+        assert origin + k * (one.black_dn - origin) == pytest.approx(base.black_dn, abs=0.03)
+
+
+def test_channels_that_are_alike_are_as_bright_as_before() -> None:
+    """Green's figures in all channels, and each lamp's level so that gain times level, which a
+    picture shows, stays as it was to single precision."""
+    base = plain()
     even = channels_alike(base)
     for figure, green in (("gain_dn_per_e", 0.02), ("read_dn2", 0.2), ("fpn_dn2", 0.03),
                           ("prnu2", 2e-4), ("black_dn", 6.8)):  # fmt: skip

@@ -130,22 +130,15 @@ class Base:
         are those in front of them.
 
         Args:
-            gains: come on top of those that it has.
+            gains: come on top of those that it has, about the same code as they.
         """
-        k = np.array(
-            [{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1.0) for c in self.channels]
-        )
-        origin = float(self.black_dn.mean()) if gains.about_black else 0.0
+        k = np.array([{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1) for c in self.channels])
         had = self.white_balance
-        whole = (
-            gains
-            if had is None
-            else dataclasses.replace(
-                had,
-                red_gain=had.red_gain * gains.red_gain,
-                blue_gain=had.blue_gain * gains.blue_gain,
-            )
-        )
+        whole = gains
+        if had is not None:
+            red, blue = had.red_gain * gains.red_gain, had.blue_gain * gains.blue_gain
+            whole = dataclasses.replace(had, red_gain=red, blue_gain=blue)
+        origin = float(self.black_dn.mean()) if whole.about_black else 0.0
         return dataclasses.replace(
             self,
             gain_dn_per_e=self.gain_dn_per_e / k,
@@ -164,8 +157,8 @@ class Base:
         """
         if self.white_balance is None or self.arithmetic not in IN_SIXTEENTHS:
             return self
-        red, blue = 1.0 + GAIN_ERROR * np.random.default_rng(seed).standard_normal(2)
-        return self.multiplied(WhiteBalance(red_gain=float(red), blue_gain=float(blue)))
+        red, blue = map(float, 1.0 + GAIN_ERROR * np.random.default_rng(seed).standard_normal(2))
+        return self.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))
 
     @property
     def most_of_a_clamp_e2(self) -> float:
