@@ -86,6 +86,11 @@ class Refined:
     expected: float
 
     @property
+    def lit(self) -> frozenset[str]:
+        """Labels of the shots under a lamp."""
+        return next(iter(self.bodies.values())).lit
+
+    @property
     def space(self) -> Space:
         """Where the difference has units of standard errors."""
         return self.light.space
