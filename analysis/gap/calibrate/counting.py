@@ -20,8 +20,9 @@ from analysis.gap.look.arithmetic import IN_SIXTEENTHS, OF_SIXTEENTHS
 from analysis.gap.look.observe import Observation
 from sensor.effects.white_balance import WhiteBalance
 
-UNEVEN = 2.0
-"""Mean square of what is left of the histograms, in standard errors, that is no chance."""
+UNEVEN = 3.5
+"""Mean square of what is left of the histograms, in standard errors, that is no chance: of seven
+figures it is one in a thousand times."""
 
 MOST_GAIN = 4.0
 """Of a white balance; what looks like more is none."""
@@ -66,7 +67,8 @@ def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refin
         seen: the frames that fit.
         scenery: their light and shots.
     """
-    if unevenness(found) < UNEVEN:
+    # where more than the histograms is wrong, whatever makes them uneven as well may be the cause
+    if found.misfit > FAR or unevenness(found) < UNEVEN:
         return found
     ways = (refined(base, seen, scenery, found.effects) for base in finer(found.base, scenery))
     likely = sorted(ways, key=unevenness)[:LIKELIEST]
