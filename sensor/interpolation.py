@@ -32,7 +32,7 @@ STEPS = (None, 1.0, 1.0, 1.0, 1.0, 16.0, 16.0)
 """Steps of the converter in a code that leaves the camera; None where it has endlessly many."""
 
 RAISED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1 / 128)
-"""Added to what the converter gives. Less than half a step of any mean: it sends halves up."""
+"""Added to what the converter gives: half a step of a mean of four, which sends halves up alone."""
 
 Row = tuple[list[Any], list[Any], list[Any]]
 """Columns of red, green and blue."""

@@ -190,6 +190,18 @@ def test_a_demosaicer_in_whole_numbers_rounds_twice(where: str, arithmetic: int)
         assert not np.array_equal(red, frame(other)[..., 0])
 
 
+def test_sixteenths_are_rounded_with_halves_to_the_even_number_or_up() -> None:
+    """Of sixteenths in equal numbers the even codes take 17 and the odd ones 15, or all take 16."""
+    common = {"pixels": "rgb8", "bits": 8, "gain_dn_per_e": Colours.of(1.0), "black_dn": 0.0}
+    raw = (32.0 + np.arange(SIDE * SIDE) % (32 * 16) / 16).reshape(SIDE, SIDE).astype(np.float32)
+    light = {"lamp": np.repeat(raw[..., None], 3, axis=2)}
+    shot = dataclasses.replace(LIT, exposure_s=1.0, frames=1)
+    for rule, whole in ((5.0, np.round), (6.0, lambda dn: np.floor(dn + 0.5))):
+        cam = camera(Demosaic(arithmetic=rule), Quantization(), **common)
+        red = pixels_of(cam, simulate(cam, shot, light))[0][::2, ::2, 0]
+        assert np.array_equal(red, whole(raw[::2, ::2]))
+
+
 def test_the_truth_of_dsnu_has_both_patterns_at_the_longest_exposure() -> None:
     """hypot of offsets and of spread x t: of the make exactly, of this body as its frames are."""
     cam = camera(
