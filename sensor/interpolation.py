@@ -17,22 +17,35 @@ from sensor.neighbours import Runs
 from sensor.planes import Planes
 from sensor.signal import Signal
 
-WHOLE: tuple[Callable[[Any], Any], ...] = (
-    lambda mean: mean,
-    lambda mean: dr.floor(mean + 0.5),
-    dr.round,
-    dr.floor,
-    lambda mean: mean,
-    lambda mean: mean,
-    lambda mean: mean,
+
+@dataclass(frozen=True, kw_only=True)
+class Counting:
+    """How a camera counts when it fills in colours.
+
+    Attributes:
+        whole: what becomes of a mean of samples.
+        steps: of the converter in a code that leaves the camera; None where it has endlessly many.
+        raised: added to what the converter gives, in codes.
+    """
+
+    whole: Callable[[Any], Any] = lambda mean: mean
+    steps: float | None = None
+    raised: float = 0.0
+
+
+HALF_A_STEP_OF_FOUR = 1 / 128
+"""Of a mean of four sixteenths: it sends halves up and nothing else elsewhere."""
+
+COUNTING = (
+    Counting(),
+    Counting(whole=lambda mean: dr.floor(mean + 0.5), steps=1.0),
+    Counting(whole=dr.round, steps=1.0),
+    Counting(whole=dr.floor, steps=1.0),
+    Counting(steps=1.0),
+    Counting(steps=16.0),
+    Counting(steps=16.0, raised=HALF_A_STEP_OF_FOUR),
 )
-"""What becomes of a mean, by arithmetic."""
-
-STEPS = (None, 1.0, 1.0, 1.0, 1.0, 16.0, 16.0)
-"""Steps of the converter in a code that leaves the camera; None where it has endlessly many."""
-
-RAISED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1 / 128)
-"""Added to what the converter gives: half a step of a mean of four, which sends halves up alone."""
+"""By the arithmetic of `sensor.effects.demosaic`."""
 
 Row = tuple[list[Any], list[Any], list[Any]]
 """Columns of red, green and blue."""
@@ -77,17 +90,17 @@ class Interpolated:
         ]
 
     def _samples(self, line: list[Any]) -> list[Any]:
-        steps, top = STEPS[self.arithmetic], float(self.mosaic.format.top_dn)
+        counting, top = COUNTING[self.arithmetic], float(self.mosaic.format.top_dn)
+        steps, raised = counting.steps, counting.raised
         if steps is None:
             return line
-        raised = RAISED[self.arithmetic]
         return [dr.clip(dr.round(sample * steps) / steps + raised, 0.0, top) for sample in line]
 
     def _row(self, runs: Runs, lines: list[list[Any]], dy: int) -> Row:
         """Colours of the row dy below, from its samples and those above and below it."""
         above, here, below = lines
         odd_row = ((runs.places.row + (dy & 1)) & 1) == 1
-        sources, whole = _sources(self.mosaic.format.cfa), WHOLE[self.arithmetic]
+        sources, whole = _sources(self.mosaic.format.cfa), COUNTING[self.arithmetic].whole
         colours: Row = ([], [], [])
         for k in range(len(here) - 2):
             across, across_above, across_below = (

@@ -19,7 +19,7 @@ from analysis.gap.camera.twin import twin
 from analysis.gap.ready.setting import look
 from analysis.identifiability.known import base_of
 from sensor.record import record
-from tests.test_gap_diagnose import PROTOCOL, camera, light
+from tests.short import PROTOCOL, camera, light
 
 OTHER_SEEDS = (FIRST_SEED + 60, FIRST_SEED + 61)
 GROUPS = 2

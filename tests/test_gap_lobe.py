@@ -22,7 +22,7 @@ from analysis.gap.suspects.lobe import FINER, SIZES, lobe_of
 from analysis.identifiability.known import base_of
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.record import record
-from tests.test_gap_diagnose import PROTOCOL, camera, light
+from tests.short import PROTOCOL, camera, light
 
 PLACES = [(0.71, 0.29, 0.3), (0.25, 0.6, 0.25), (0.5, 0.5, 0.12), (0.8, 0.8, 0.08)]
 """Across, below, standard deviation: parts of the width, of the height, of the height."""

@@ -23,7 +23,7 @@ from analysis.identifiability.known import base_of
 from sensor.effect import Effect
 from sensor.effects.dust_shadow import DustShadow
 from sensor.record import record
-from tests.test_gap_diagnose import PROTOCOL, camera, light
+from tests.short import PROTOCOL, camera, light
 
 DUST = DustShadow(number=24.0, diameter_px=10.0, depth=0.15)
 BEYOND_DOUBT = 1e-20

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,15 +63,48 @@ BLACK_PIXELS = (150.0, 10_000.0)
 """Optically black pixels that the clamp of every other camera averages; others have no noise."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """The figures of a base camera.
+
+    Attributes:
+        gain: DN/e- of each colour as it leaves the camera.
+        read_dn: read noise of green.
+        fpn_dn: offsets of green photosites.
+        prnu: relative spread of the photosites' responses.
+        black_dn: black level.
+        dark_e_per_s: dark current.
+        brighter: sensitivity, relative to the one that fills three quarters of the range.
+        shown: part of the dark current that no clamp takes off.
+        uneven: spread of the dark current over the photosites, relative to its mean.
+        log_normal: whether that spread is.
+        black_pixels: how many the clamp averages.
+        arithmetic: of the demosaicer.
+        finer: whether the converter has four more bits, with a white balance behind it.
+    """
+
+    gain: Colours
+    read_dn: float
+    fpn_dn: float
+    prnu: float
+    black_dn: float
+    dark_e_per_s: float
+    brighter: float
+    shown: float = 0.0
+    uneven: float = 0.0
+    log_normal: bool = False
+    black_pixels: float = np.inf
+    arithmetic: int = 0
+    finer: bool = False
+
+
 def middle(height: int, width: int) -> Camera:
     """The camera in the middle of all ranges: detection limits are its."""
 
     def centre(low: float, high: float) -> float:
         return float(np.sqrt(low * high))
 
-    return _camera(
-        height,
-        width,
+    figures = Drawn(
         gain=Colours.of(centre(*GAIN_DN_PER_E)),
         read_dn=centre(*READ_DN),
         fpn_dn=centre(*FPN_DN),
@@ -78,13 +112,8 @@ def middle(height: int, width: int) -> Camera:
         black_dn=float(np.mean(BLACK_DN)),
         dark_e_per_s=centre(*DARK_E_PER_S),
         brighter=float(np.mean(BRIGHTER)),
-        shown=0.0,
-        arithmetic=0,
-        uneven=0.0,
-        log_normal=False,
-        black_pixels=np.inf,
-        finer=False,
     )
+    return _camera(height, width, figures)
 
 
 def random_camera(number: int, height: int, width: int) -> Camera:
@@ -98,9 +127,7 @@ def random_camera(number: int, height: int, width: int) -> Camera:
         return float(np.exp(draw.uniform(np.log(low), np.log(high))))
 
     gain = even(*GAIN_DN_PER_E)
-    return _camera(
-        height,
-        width,
+    figures = Drawn(
         gain=Colours(R=gain * log(*COLOURS), G=gain, B=gain * log(*COLOURS)),
         read_dn=log(*READ_DN),
         fpn_dn=log(*FPN_DN),
@@ -115,54 +142,36 @@ def random_camera(number: int, height: int, width: int) -> Camera:
         black_pixels=log(*BLACK_PIXELS) if draw.integers(2) else np.inf,
         finer=not draw.integers(FINER),
     )
+    return _camera(height, width, figures)
 
 
-def _camera(
-    height: int,
-    width: int,
-    *,
-    gain: Colours,
-    read_dn: float,
-    fpn_dn: float,
-    prnu: float,
-    black_dn: float,
-    dark_e_per_s: float,
-    brighter: float,
-    shown: float,
-    arithmetic: int,
-    uneven: float,
-    log_normal: bool,
-    black_pixels: float,
-    finer: bool,
-) -> Camera:
-    colours = gain
-    if finer:
-        gain = Colours.of(gain.G)
-        arithmetic = IN_SIXTEENTHS[arithmetic % len(IN_SIXTEENTHS)]
-    read_e = read_dn / gain.G
+def _camera(height: int, width: int, drawn: Drawn) -> Camera:
+    colours, green = drawn.gain, drawn.gain.G
+    read_e, dark_e_per_s = drawn.read_dn / green, drawn.dark_e_per_s
     plain = dataclasses.replace(
         load(CAMERA).resized(height, width),
-        gain_dn_per_e=gain,
-        black_dn=black_dn,
-        sensitivity=colours.map(lambda g: BRIGHTNESS_DN_PER_E * brighter / g),
+        gain_dn_per_e=Colours.of(green) if drawn.finer else colours,
+        black_dn=drawn.black_dn,
+        sensitivity=colours.map(lambda g: BRIGHTNESS_DN_PER_E * drawn.brighter / g),
     )
-    if finer:
-        balance = WhiteBalance(red_gain=colours.R / gain.R, blue_gain=colours.B / gain.B)
-        plain = plain.plus(balance)
+    arithmetic = drawn.arithmetic
+    if drawn.finer:
+        plain = plain.plus(WhiteBalance(red_gain=colours.R / green, blue_gain=colours.B / green))
+        arithmetic = IN_SIXTEENTHS[arithmetic % len(IN_SIXTEENTHS)]
     return plain.plus(
-        Prnu(ratio=prnu),
-        Fpn(sigma_e=fpn_dn / gain.G),
+        Prnu(ratio=drawn.prnu),
+        Fpn(sigma_e=drawn.fpn_dn / green),
         ReadNoise(
             reset_e=0.0,
             other_e=0.0,
             thermal_e=read_e,
-            clamp_e=read_e / float(np.sqrt(black_pixels)),
+            clamp_e=read_e / float(np.sqrt(drawn.black_pixels)),
         ),
         DarkShot(
             current_e_per_s=dark_e_per_s,
-            shown_e_per_s=shown * dark_e_per_s,
-            spread_e_per_s=uneven * dark_e_per_s,
-            uneven=uneven if log_normal else 0.0,
+            shown_e_per_s=drawn.shown * dark_e_per_s,
+            spread_e_per_s=drawn.uneven * dark_e_per_s,
+            uneven=drawn.uneven if drawn.log_normal else 0.0,
         ),
         Demosaic(arithmetic=float(arithmetic)),
     )
