@@ -390,14 +390,16 @@ def test_a_figure_that_no_twin_moved_is_as_rare_as_groups_say(moved: int, chance
 
 
 def test_frames_with_noise_never_repeat_by_chance() -> None:
-    """3 groups of 4 frames in 2 shots: one of 24 frames is 1/24. Darks without noise are as rare as
-    groups say."""
-    figures = np.zeros((3, 3))
-    figures[:, 2] = 5 / 24
-    for noise_dn2, z in ((0.3, 5.0), (0.0, stats.norm.isf(0.5 / 969))):
+    """3 groups of 4 frames in 2 shots: one of 24 frames is beyond doubt, four are twice as far, as
+    counts go. Darks without noise are as rare as groups say."""
+    by_chance = stats.norm.isf(0.5 / 969)
+    cases = ((0.3, 1, 8.0), (0.3, 4, 16.0), (0.0, 1, by_chance), (0.0, 4, by_chance))
+    for noise_dn2, repeats, z in cases:
+        figures = np.zeros((3, 3))
+        figures[:, 2] = repeats / 24
         one = twins_that_stay(noise_dn2)
         errors = never_moved(one, dataclasses.replace(one, figures=figures))
-        assert 5 / 24 / errors[2] == pytest.approx(z)
+        assert repeats / 24 / errors[2] == pytest.approx(z)
 
 
 def test_dark_current_that_differs_is_read_behind_rounding() -> None:

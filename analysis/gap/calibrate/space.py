@@ -150,6 +150,9 @@ CHANGING_DN2 = 1e-3
 """Variance in time from which some pixels of every frame have another code in the next one: one in
 a thousand by a step."""
 
+BEYOND_DOUBT = 8.0
+"""Standard errors that a frame counts which repeats the one before, where every frame has noise."""
+
 
 def never_moved(twins: Observation, seen: Observation) -> Floats:
     """Standard errors of figures that are the same in all twins, (figures,); 0 for the others.
@@ -161,7 +164,8 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
         C(g, k) / C(n + g, k)
 
     and the difference counts as many standard errors as a normal one of that chance. Frames with
-    noise in time never repeat each other by chance: there the error is one frame.
+    noise in time never repeat each other by chance: there k repeats are BEYOND_DOUBT sqrt(k)
+    standard errors from none.
 
     Args:
         twins: groups of the model.
@@ -176,7 +180,10 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
     errors = np.where(still & (moved > 0), off / np.maximum(counts, 1e-9), 0.0)
     if twins.noise.max(axis=1).min() > CHANGING_DN2:
         repeated = np.array([key.statistic == REPEATED for key in twins.keys])
-        errors[repeated & still] = 1.0 / (g * seen.frames * len(seen.shots))
+        frames = g * seen.frames * len(seen.shots)
+        errors[repeated & still] = (np.sqrt(np.maximum(off * frames, 1.0)) / frames / BEYOND_DOUBT)[
+            repeated & still
+        ]
     return np.asarray(errors)
 
 
