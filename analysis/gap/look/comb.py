@@ -81,24 +81,30 @@ def histograms(
     return found
 
 
-def white_balance(counts: Mapping[str, Floats]) -> WhiteBalance | None:
+def white_balance(counts: Mapping[str, Floats], step: int = 1) -> WhiteBalance | None:
     """Gains of whole red and blue codes against green; None where neither has the comb of one.
 
     Args:
         counts: histograms by channel.
+        step: from one code of the converter to the next, where its lowest bits are lost.
     """
     if set(counts) != set(CHANNELS):
         return None
-    found = _gains_of(counts)
+    found = _gains_of(counts, step)
     # where green has a comb as well, all codes are counted in other steps
-    if found["G"] is not None or (found["R"] is None and found["B"] is None):
+    other_steps = step == 1 and found["G"] is not None
+    if other_steps or (found["R"] is None and found["B"] is None):
         return None
     red, blue = found["R"] or (1.0, False), found["B"] or (1.0, False)
+    if red[0] == blue[0] == 1.0:
+        return None
     return WhiteBalance(red_gain=red[0], blue_gain=blue[0], about_black=float(red[1] or blue[1]))
 
 
-def _gains_of(counts: Mapping[str, Floats]) -> dict[str, tuple[float, bool] | None]:
+def _gains_of(counts: Mapping[str, Floats], step: int) -> dict[str, tuple[float, bool] | None]:
     """Gain of each histogram, and whether it leaves a black level alone; None without a comb."""
+    # where steps are wide a gain of 1 has a comb as well
+    near = NEAR if step == 1 else 0.0
     first = {channel: _first(one) for channel, one in counts.items()}
     teeth = {channel: _teeth(one[first[channel] :][:WINDOWED]) for channel, one in counts.items()}
     found: dict[str, list[tuple[float, float, float]]] = {channel: [] for channel in counts}
@@ -106,12 +112,13 @@ def _gains_of(counts: Mapping[str, Floats]) -> dict[str, tuple[float, bool] | No
         size = min(WINDOWED, len(counts["G"]) - low)
         # a gain below 1 fills a window from more codes than it has, if there are more
         whole = np.floor(low / GAINS) + np.arange(min(2 * size, len(counts["G"])))[:, None]
-        for at in OFFSETS:
+        whole = whole[::step] // step * step
+        for at in step * OFFSETS:
             combs = _combs(whole * GAINS + at - low, size)
             for channel, one in teeth.items():
                 if one is not None and first[channel] == low:
-                    found[channel].append((*_fitting(one, GAINS, combs), float(at)))
-    chance = max((alike for alike, _, _ in found["G"]), default=0.0)
+                    found[channel].append((*_fitting(one, GAINS, combs, near), float(at)))
+    chance = max((alike for alike, _, _ in found["G"]), default=0.0) if step == 1 else 0.0
     least = {channel: ALIKE if channel == "G" else max(ALIKE, chance + MORE) for channel in found}
     return {channel: _roundest_pair(one, least[channel]) for channel, one in found.items()}
 
@@ -162,7 +169,8 @@ def exponent(counts: Mapping[str, Floats]) -> float | None:
     if teeth is None:
         return None
     codes = np.arange(len(whole))[:, None]
-    alike, found = _fitting(teeth, EXPONENTS, _combs(top * (codes / top) ** EXPONENTS, len(whole)))
+    combs = _combs(top * (codes / top) ** EXPONENTS, len(whole))
+    alike, found = _fitting(teeth, EXPONENTS, combs, NEAR)
     return found if alike > BENT_ALIKE else None
 
 
@@ -195,18 +203,19 @@ def _combs(curves: Floats, size: int) -> Floats:
     return np.asarray(taken / np.maximum(around, 1e-9))
 
 
-def _fitting(teeth: Teeth, figures: Floats, combs: Floats) -> tuple[float, float]:
+def _fitting(teeth: Teeth, figures: Floats, combs: Floats, near: float) -> tuple[float, float]:
     """The figure whose comb is most like a histogram: how much, and which.
 
     Args:
         teeth: of the histogram.
         figures: one for each comb, (n,).
         combs: see `_combs`, (codes, n).
+        near: figures that are nearer to 1 are out of the question.
     """
     at, seen = teeth
     comb = combs[at] - combs[at].mean(axis=0)
     norm = np.sqrt(np.square(comb).sum(axis=0) * np.square(seen).sum())
-    likeness = np.where(np.abs(figures - 1) > NEAR, seen @ comb / np.maximum(norm, 1e-9), 0.0)
+    likeness = np.where(np.abs(figures - 1) >= near, seen @ comb / np.maximum(norm, 1e-9), 0.0)
     return float(likeness.max()), _roundest(figures[likeness > likeness.max() - SLACK])
 
 

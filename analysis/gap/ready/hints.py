@@ -118,11 +118,11 @@ MOST_BITS = 8
 def empty_bits(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> int:
     """Lowest bits that have one value in all measured samples: nothing was ever counted in them.
 
-    The first and the last code are no witnesses: all that is beyond them is clipped there.
+    The first and the last code are no witnesses: all that is beyond them is clipped there. Of
+    colours green alone tells, which a white balance leaves as it was.
     """
-    codes = [
-        np.unique(lattice.of(stack.dn[:HINT_FRAMES])) for stack in stacks for lattice in lattices
-    ]
+    asked = [lattice for lattice in lattices if lattice.channel == "G"] or lattices
+    codes = [np.unique(one.of(stack.dn[:HINT_FRAMES])) for stack in stacks for one in asked]
     used = np.unique(np.concatenate(codes)).astype(np.int64)
     used = used[(used > 0) & (used < stacks[0].top_dn)]
     for bits in range(MOST_BITS, 0, -1):

@@ -89,6 +89,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         rules=rules_of(arithmetic) if coloured else (IN_FRACTIONS,),
     )
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
+    bits = empty_bits(keys, lattices)
     return Setting(
         capture=capture,
         plan=chosen,
@@ -96,19 +97,17 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         arithmetic=arithmetic,
-        white_balance=white_balance(counts) if coloured else None,
-        told=_told(keys, lattices, counts),
+        white_balance=white_balance(counts, 2**bits) if coloured else None,
+        told=_told(keys, bits, counts),
     )
 
 
-def _told(
-    keys: Sequence[Frames], lattices: Sequence[Lattice], counts: Mapping[str, Floats]
-) -> dict[str, Told]:
+def _told(keys: Sequence[Frames], bits: int, counts: Mapping[str, Floats]) -> dict[str, Told]:
     """Lost bits, the exponent of a curve behind the converter, the quality of JPEG, and how many
     pixels share a colour.
     """
     told: dict[str, Told] = {}
-    if bits := empty_bits(keys, lattices):
+    if bits:
         told[BitTruncation.name] = Told(hints={"bits": float(bits)})
     if (power := exponent(counts)) is not None:
         told[Gamma.name] = Told(hints={"exponent": power, "about_black": 0.0})
