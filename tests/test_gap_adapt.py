@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.calibrate import fit
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observation import Key
 from analysis.gap.measure.signature import Signature, hold
 from analysis.gap.suspects import adapt
 from sensor.effect import Effect

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.calibrate.body_share import BORROWED, USUAL, body_share, usual_share
-from analysis.gap.look.observe import Key, Observation
+from analysis.gap.look.observation import Key, Observation
 
 BODIES, LATTICES = 64, 40
 KINDS = (

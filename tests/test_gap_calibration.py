@@ -25,7 +25,7 @@ from analysis.gap.calibrate.space import Space, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import OF_SIXTEENTHS
-from analysis.gap.look.observe import Key, Observation
+from analysis.gap.look.observation import Key, Observation
 from analysis.gap.measure.distance import Yardstick
 from analysis.gap.measure.measured import errors_of
 from analysis.gap.suspects.beginnings import channels_alike

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observation import Key
 from analysis.gap.measure.signature import Signature
 from analysis.gap.suspects import first_look
 from analysis.gap.suspects.first_look import closer, confirmed, in_range, promise

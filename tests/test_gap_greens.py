@@ -18,7 +18,7 @@ import pytest
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import twin, under_noisy_light
 from analysis.gap.look.lattices import Lattice, lattices_of
-from analysis.gap.look.observe import blocks
+from analysis.gap.look.one_group import blocks
 from analysis.gap.look.statistics.greens import APART, greens
 from analysis.identifiability.known import base_of, scenery_of
 from sensor.camera_file import load

@@ -11,7 +11,7 @@ import pytest
 from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.refine import Refined, better
 from analysis.gap.calibrate.space import Space
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observation import Key
 
 BLOCKS, FIGURES = 200, 50
 KEYS = tuple(

@@ -13,7 +13,8 @@ from analysis.gap.camera.light_blocks import blocks_of, light_noise
 from analysis.gap.look import observe as looking
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, arithmetic_of, rules_of
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
-from analysis.gap.look.observe import Stack, View, observe
+from analysis.gap.look.observation import Stack, View
+from analysis.gap.look.observe import observe
 from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.group import Group, crossed
 from analysis.gap.look.statistics.pattern import pattern
@@ -367,9 +368,9 @@ def test_frames_that_were_looked_at_are_not_looked_at_again(
     """The same codes under the same label give the same figures without a second look; one other
     code, or a lamp, does not."""
     looks = []
-    on_lattices = looking._on_lattices
+    on_lattices = looking.on_lattices
     monkeypatch.setattr(
-        looking, "_on_lattices", lambda *known: looks.append(known) or on_lattices(*known)
+        looking, "on_lattices", lambda *known: looks.append(known) or on_lattices(*known)
     )
     lattices = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
     view = View(lattices=lattices, frames=4, side=8, top_dn=255)

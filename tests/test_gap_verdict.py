@@ -12,7 +12,8 @@ import pytest
 from scipy import stats
 
 from analysis.gap.camera.base import Base
-from analysis.gap.look.observe import IMAGE, Key
+from analysis.gap.look.families import IMAGE
+from analysis.gap.look.observation import Key
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.signature import starts

@@ -14,7 +14,7 @@ from analysis.gap.camera.light import Light
 from analysis.gap.camera.twin import Scenery, shots_of
 from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.look.lattices import BORDER_PX, lattices_of
-from analysis.gap.look.observe import BLOCKS_DOWN, View
+from analysis.gap.look.observation import BLOCKS_DOWN, View
 from analysis.gap.look.shots import GROUP_FRAMES
 from foundation.panel import Panel
 from render import path_traced

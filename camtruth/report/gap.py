@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.camera.twin import electrons
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.look.observe import STAGES
+from analysis.gap.look.families import STAGES
 from analysis.gap.look.texture import FAMILY, STAGE
 from analysis.gap.report import Figure, GapReport, Named
 from analysis.gap.verdict.verdict import LEAST_SCORE, MARGIN, MARGIN_OF_SCORE

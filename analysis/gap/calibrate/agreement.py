@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.look.kinds import kinds
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 
 Floats = NDArray[np.float64]
 

@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.look.families import OF_A_BODY
 from analysis.gap.look.kinds import kinds
-from analysis.gap.look.observe import OF_A_BODY, Key, Observation
+from analysis.gap.look.observation import Key, Observation
 
 Floats = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from analysis.gap.calibrate.refine import FAR, Refined, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import IN_SIXTEENTHS, OF_SIXTEENTHS
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from sensor.effects.white_balance import WhiteBalance
 
 UNEVEN = 3.5

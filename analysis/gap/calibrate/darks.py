@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from analysis.bias.rounding import ROUNDING_DN2, rounded
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.twin import Scenery, exposure_of
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 
 Floats = NDArray[np.float64]
 

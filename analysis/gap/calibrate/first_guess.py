@@ -25,7 +25,7 @@ from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of
 from analysis.gap.camera.twin import Scenery, exposure_of
 from analysis.gap.look.arithmetic import IN_FRACTIONS
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from analysis.gap.look.statistics.structure import FRAME_SPREAD
 from sensor.camera import Camera
 

@@ -16,7 +16,7 @@ from analysis.gap.calibrate.space import Space, figure_variances, never_moved, s
 from analysis.gap.calibrate.wide import beyond, fair, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, twin
-from analysis.gap.look.observe import Key, Observation
+from analysis.gap.look.observation import Key, Observation
 from analysis.gap.look.texture import FAMILY, texture
 from sensor.effect import Effect
 

@@ -20,7 +20,7 @@ from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_ways import FREE, light_ways
 from analysis.gap.camera.twin import Scenery, exposure_of, twin
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
 
 Floats = NDArray[np.float64]

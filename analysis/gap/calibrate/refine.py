@@ -27,7 +27,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
 
 Floats = NDArray[np.float64]

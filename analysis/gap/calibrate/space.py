@@ -23,8 +23,9 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import Scenery
+from analysis.gap.look.families import IMAGE, REPEATED
 from analysis.gap.look.kinds import kinds
-from analysis.gap.look.observe import IMAGE, REPEATED, Key, Observation
+from analysis.gap.look.observation import Key, Observation
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 
 Floats = NDArray[np.float64]
 

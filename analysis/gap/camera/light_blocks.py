@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import Light, Rate
-from analysis.gap.look.observe import View, blocks
+from analysis.gap.look.observation import View
+from analysis.gap.look.one_group import blocks
 
 Floats = NDArray[np.float64]
 

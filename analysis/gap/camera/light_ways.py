@@ -11,7 +11,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
 from analysis.gap.camera.twin import Scenery, exposure_of
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 
 Floats = NDArray[np.float64]
 

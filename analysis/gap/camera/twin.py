@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from analysis.gap.camera.base import Base, Body, camera_of
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import light_noise
-from analysis.gap.look.observe import Observation, Stack, View, observe
+from analysis.gap.look.observation import Observation, Stack, View
+from analysis.gap.look.observe import observe
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.look.statistics.greens import APART, apart
 from foundation.backend import Backend, backend

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observation import Key
 
 
 @functools.lru_cache(maxsize=8)

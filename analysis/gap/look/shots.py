@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.gap.look.observe import Stack
+from analysis.gap.look.observation import Stack
 from analysis.gap.look.repeats import fresh, repeats
 from sensor.frames import Capture, Frames
 

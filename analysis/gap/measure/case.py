@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from analysis.gap.measure.distance import Yardstick, yardstick
 from analysis.gap.measure.signature import Signature
 from analysis.gap.measure.twins_spread import Spread

@@ -17,7 +17,8 @@ from scipy import stats
 from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.space import MODEL_ERROR
-from analysis.gap.look.observe import OF_A_BODY, Observation
+from analysis.gap.look.families import OF_A_BODY
+from analysis.gap.look.observation import Observation
 from analysis.gap.measure.twins_spread import Spread, believed
 
 Floats = NDArray[np.float64]

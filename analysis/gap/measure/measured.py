@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.fit import Fit
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from analysis.gap.measure.case import Case, case_of
 from analysis.gap.measure.distance import Distance, Yardstick, distance, floor, yardstick
 from analysis.gap.measure.twins_spread import spread_of

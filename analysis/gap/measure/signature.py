@@ -22,7 +22,7 @@ from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.fit import SEEDS, Fit
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import twin
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observation import Key
 from foundation.errors import InputError
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter

@@ -12,7 +12,7 @@ from scipy import stats
 from analysis.gap.calibrate.fit import Fit, by_the_others
 from analysis.gap.calibrate.space import PRIOR_FREEDOM
 from analysis.gap.calibrate.wide import fair
-from analysis.gap.look.observe import Key
+from analysis.gap.look.observation import Key
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,8 @@ from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import exponent, histograms, white_balance
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
-from analysis.gap.look.observe import BLOCKS_DOWN, Observation, View, observe
+from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
+from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import Told, empty_bits
 from render.rate import RateImage

@@ -20,7 +20,7 @@ from analysis.gap.calibrate.fit import seeds_of, spaces_by, together, with_keys
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters
 from analysis.gap.camera.twin import twin
-from analysis.gap.look.observe import Observation
+from analysis.gap.look.observation import Observation
 from analysis.gap.measure.case import Candidate, Case
 from analysis.gap.measure.twins_spread import believed
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import Space
-from analysis.gap.look.observe import IMAGE, STAGES
+from analysis.gap.look.families import IMAGE, STAGES
 from analysis.gap.look.texture import STAGE as TEXTURE_STAGE
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Place

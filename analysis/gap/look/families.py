@@ -1,0 +1,58 @@
+"""The families of statistics, and the stage where a gap in each most often begins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from analysis.gap.look.statistics.codes import codes
+from analysis.gap.look.statistics.group import Figures, Group
+from analysis.gap.look.statistics.pattern import pattern, pattern_lines, pattern_shape
+from analysis.gap.look.statistics.spectrum import spectrum
+from analysis.gap.look.statistics.structure import columns, frames, neighbours, rows, tails, time
+from analysis.gap.look.statistics.surface import surface
+from analysis.gap.look.statistics.transfer import level, transfer
+
+FAMILIES: dict[str, tuple[Callable[[Group], Figures], str]] = {
+    "level": (level, "readout"),
+    "transfer": (transfer, "photosite"),
+    "rows": (rows, "readout"),
+    "columns": (columns, "readout"),
+    "frames": (frames, "lighting"),
+    "neighbours": (neighbours, "processing"),
+    "time": (time, "processing"),
+    "tails": (tails, "photosite"),
+    "spectrum": (spectrum, "readout"),
+    "codes": (codes, "adc"),
+    "pattern": (pattern, "photosite"),
+    "pattern lines": (pattern_lines, "readout"),
+    "pattern shape": (pattern_shape, "photosite"),
+    "dark surface": (surface, "photosite"),
+}
+"""Every family of one lattice, and the stage where a gap in it most often begins."""
+
+INTERPOLATION = "interpolation"
+GREENS = "greens"
+IMAGE = "mean image"
+STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
+    INTERPOLATION: "processing",
+    GREENS: "photosite",
+    IMAGE: "optics",
+}
+
+OF_A_BODY = frozenset(
+    {
+        "level",
+        "codes",
+        "pattern",
+        "pattern lines",
+        "pattern shape",
+        "dark surface",
+        "texture",
+        GREENS,
+    }
+)
+"""Families of what stays from frame to frame: more frames do not average a camera body away."""
+
+EVERY_SHOT = "every shot"
+REPEATED = "repeated frames"
+"""A statistic of all shots together, of the family of time."""

@@ -1,0 +1,80 @@
+"""Every statistic of one group of frames, and its mean images block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.look.families import FAMILIES, GREENS, INTERPOLATION
+from analysis.gap.look.lattices import channels_of, inner
+from analysis.gap.look.observation import View
+from analysis.gap.look.statistics.greens import greens
+from analysis.gap.look.statistics.group import Figures, Group
+from analysis.gap.look.statistics.interpolation import interpolation
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OfAGroup:
+    """Figures of one group by family, lattice and statistic; mean images and noise of channels."""
+
+    figures: dict[tuple[str, str, str], float]
+    means: Floats
+    noise: Floats
+    grid: tuple[int, int]
+
+
+def on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[OfAGroup]:
+    """Every family on every lattice; images of lattices of one channel are averaged."""
+    lattices, channels = view.lattices, [lattice.channel for lattice in view.lattices]
+    codes = np.array([lattice.of(dn) for dn in groups for lattice in lattices])
+    group = Group(codes=codes, top_dn=view.top_dn, lit=lit)
+    names, columns = [], []
+    for family, (function, _) in FAMILIES.items():
+        for statistic, values in function(group).items():
+            names.append((family, statistic))
+            columns.append(values)
+    figures = np.array(columns).T.reshape(len(groups), len(lattices), -1).tolist()
+    images = blocks(group.mean, view.side)
+    grid = images.shape[1], images.shape[2]
+    images = images.reshape(len(groups), len(lattices), -1)
+    variance = group.variance.reshape(len(groups), len(lattices))
+    places = [np.array(channels) == one for one in channels_of(lattices)]
+    return [
+        OfAGroup(
+            figures={
+                (family, lattice.name, statistic): value
+                for lattice, values in zip(lattices, figures[k], strict=True)
+                for (family, statistic), value in zip(names, values, strict=True)
+            }
+            | _whole(GREENS, greens(images[k], lattices) if lit else {}),
+            means=np.array([images[k, own].mean(axis=0) for own in places]),
+            noise=np.array([variance[k, own].mean() for own in places]),
+            grid=grid,
+        )
+        for k in range(len(groups))
+    ]
+
+
+def between(dn: NDArray[Any], view: View) -> dict[tuple[str, str, str], float]:
+    """Figures of interpolated samples against measured ones, (n, H, W[, 3])."""
+    return _whole(INTERPOLATION, interpolation(inner(dn), view.lattices))
+
+
+def _whole(family: str, found: Figures) -> dict[tuple[str, str, str], float]:
+    """Figures that belong to no lattice by itself."""
+    return {(family, "all", name): float(value) for name, value in found.items()}
+
+
+def blocks(image: NDArray[Any], side: int) -> Floats:
+    """Means over square blocks; what does not fill one is left out."""
+    h, w = (n // side * side for n in image.shape[-2:])
+    cut = image[..., :h, :w].astype(np.float64)
+    return np.asarray(
+        cut.reshape(*image.shape[:-2], h // side, side, w // side, side).mean(axis=(-3, -1))
+    )
