@@ -23,27 +23,51 @@ class Counting:
     """How a camera counts when it fills in colours.
 
     Attributes:
-        whole: what becomes of a mean of samples.
         steps: of the converter in a code that leaves the camera; None where it has endlessly many.
-        raised: added to what the converter gives, in codes.
+        whole: what becomes of a mean, counted in these steps; None where it stays a fraction.
+        up: whether the last rounding, behind everything, sends halves up; else to the even code.
     """
 
-    whole: Callable[[Any], Any] = lambda mean: mean
     steps: float | None = None
-    raised: float = 0.0
+    whole: Callable[[Any], Any] | None = None
+    up: bool = False
+
+    def of_sample(self, sample: Any, top_dn: float) -> Any:
+        """What the converter makes of a sample."""
+        if self.steps is None:
+            return sample
+        return dr.clip(dr.round(sample * self.steps) / self.steps, 0.0, top_dn)
+
+    def of_mean(self, mean: Any) -> Any:
+        """What becomes of a mean of two or four samples."""
+        if self.whole is None or self.steps is None:
+            return mean
+        return self.whole(mean * self.steps) / self.steps
+
+    def at_last(self, value: Any) -> Any:
+        """The value, so that the last rounding sends halves where this camera does."""
+        if not self.up or self.steps is None:
+            return value
+        # half a step of a mean of four: nothing else is moved to another code
+        return value + 1.0 / (8.0 * self.steps)
 
 
-HALF_A_STEP_OF_FOUR = 1 / 128
-"""Of a mean of four sixteenths: it sends halves up and nothing else elsewhere."""
+def _halves_up(mean: Any) -> Any:
+    return dr.floor(mean + 0.5)
+
 
 COUNTING = (
     Counting(),
-    Counting(whole=lambda mean: dr.floor(mean + 0.5), steps=1.0),
-    Counting(whole=dr.round, steps=1.0),
-    Counting(whole=dr.floor, steps=1.0),
+    Counting(steps=1.0, whole=_halves_up),
+    Counting(steps=1.0, whole=dr.round),
+    Counting(steps=1.0, whole=dr.floor),
     Counting(steps=1.0),
     Counting(steps=16.0),
-    Counting(steps=16.0, raised=HALF_A_STEP_OF_FOUR),
+    Counting(steps=16.0, up=True),
+    Counting(steps=16.0, whole=_halves_up, up=True),
+    Counting(steps=4.0),
+    Counting(steps=4.0, up=True),
+    Counting(steps=4.0, whole=_halves_up, up=True),
 )
 """By the arithmetic of `sensor.effects.demosaic`."""
 
@@ -90,17 +114,14 @@ class Interpolated:
         ]
 
     def _samples(self, line: list[Any]) -> list[Any]:
-        counting, top = COUNTING[self.arithmetic], float(self.mosaic.format.top_dn)
-        steps, raised = counting.steps, counting.raised
-        if steps is None:
-            return line
-        return [dr.clip(dr.round(sample * steps) / steps + raised, 0.0, top) for sample in line]
+        counting, top_dn = COUNTING[self.arithmetic], float(self.mosaic.format.top_dn)
+        return [counting.of_sample(sample, top_dn) for sample in line]
 
     def _row(self, runs: Runs, lines: list[list[Any]], dy: int) -> Row:
         """Colours of the row dy below, from its samples and those above and below it."""
         above, here, below = lines
         odd_row = ((runs.places.row + (dy & 1)) & 1) == 1
-        sources, whole = _sources(self.mosaic.format.cfa), COUNTING[self.arithmetic].whole
+        sources, counting = _sources(self.mosaic.format.cfa), COUNTING[self.arithmetic]
         colours: Row = ([], [], [])
         for k in range(len(here) - 2):
             across, across_above, across_below = (
@@ -109,7 +130,9 @@ class Interpolated:
             down = (above[k + 1] + below[k + 1]) * 0.5
             diagonal = (across_above + across_below) * 0.5
             means = (across, down, (across + down) * 0.5, diagonal)
-            candidates = (here[k + 1], *map(whole, means))
+            candidates = [
+                counting.at_last(one) for one in (here[k + 1], *map(counting.of_mean, means))
+            ]
             odd_column = runs.places.odd_column(k - (len(here) - 2 - runs.length) // 2)
             for columns, by_phase in zip(colours, sources, strict=True):
                 at = [candidates[source] for source in by_phase]

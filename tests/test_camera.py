@@ -190,16 +190,34 @@ def test_a_demosaicer_in_whole_numbers_rounds_twice(where: str, arithmetic: int)
         assert not np.array_equal(red, frame(other)[..., 0])
 
 
-def test_sixteenths_are_rounded_with_halves_to_the_even_number_or_up() -> None:
-    """Of sixteenths in equal numbers the even codes take 17 and the odd ones 15, or all take 16."""
+def halves_up(dn: np.ndarray) -> np.ndarray:
+    return np.floor(dn + 0.5)
+
+
+@pytest.mark.parametrize("steps", [16, 4])
+def test_finer_steps_are_rounded_with_halves_to_the_even_number_or_up(steps: int) -> None:
+    """Of steps in equal numbers the even codes take one more and the odd ones one less, or all as
+    many. Means of two and of four are fractions of steps, or whole steps with halves up, before the
+    last rounding."""
     common = {"pixels": "rgb8", "bits": 8, "gain_dn_per_e": Colours.of(1.0), "black_dn": 0.0}
-    raw = (32.0 + np.arange(SIDE * SIDE) % (32 * 16) / 16).reshape(SIDE, SIDE).astype(np.float32)
+    rng = np.random.default_rng(steps)
+    raw = (rng.integers(32 * steps, 64 * steps, (SIDE, SIDE)) / steps).astype(np.float32)
     light = {"lamp": np.repeat(raw[..., None], 3, axis=2)}
     shot = dataclasses.replace(LIT, exposure_s=1.0, frames=1)
-    for rule, whole in ((5.0, np.round), (6.0, lambda dn: np.floor(dn + 0.5))):
+    beside = (raw[::2, :-2:2] + raw[::2, 2::2]) / 2
+    corner = (beside[:-1] + beside[1:]) / 2
+    first = {16: 5.0, 4: 8.0}[steps]
+    whole_steps = halves_up(steps * beside) / steps, halves_up(steps * corner) / steps
+    for rule, last, (two, four) in (
+        (first, np.round, (beside, corner)),
+        (first + 1, halves_up, (beside, corner)),
+        (first + 2, halves_up, whole_steps),
+    ):
         cam = camera(Demosaic(arithmetic=rule), Quantization(), **common)
-        red = pixels_of(cam, simulate(cam, shot, light))[0][::2, ::2, 0]
-        assert np.array_equal(red, whole(raw[::2, ::2]))
+        red = pixels_of(cam, simulate(cam, shot, light))[0][..., 0]
+        assert np.array_equal(red[::2, ::2], last(raw[::2, ::2]))
+        assert np.array_equal(red[::2, 1:-1:2], last(two))
+        assert np.array_equal(red[1:-1:2, 1:-1:2], last(four))
 
 
 def test_the_truth_of_dsnu_has_both_patterns_at_the_longest_exposure() -> None:

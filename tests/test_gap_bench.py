@@ -11,11 +11,17 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.look.arithmetic import IN_SIXTEENTHS
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
-from analysis.gap_bench.draw import ARITHMETICS, camera_of, capture_of, effects_of, random_camera
+from analysis.gap_bench.draw import (
+    ARITHMETICS,
+    IN_SIXTEENTHS,
+    camera_of,
+    capture_of,
+    effects_of,
+    random_camera,
+)
 from analysis.gap_bench.examine import unfitted
 from analysis.gap_bench.page import cells, confusions, limits_table, table
 from analysis.gap_bench.run import (

@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from analysis.gap.calibrate.fit import around
 from analysis.gap.diagnose import calibrated, diagnose
+from analysis.gap.look.arithmetic import OF_QUARTERS
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import Setting, look
 from sensor.camera_file import load
@@ -96,11 +97,12 @@ def another_program(
     uneven: float = 0.0,
     clamp: float = 0.0,
     finer: Callable[[np.ndarray], np.ndarray] | None = None,
+    steps: int = 16,
 ) -> np.ndarray:
     """The frames of a camera of equation (1) that is written in NumPy and shares no line with ours:
     gain 0.02 DN/e-, read noise 30 e-, dark current that moves the mean, of that `spread` over the
     photosites in e-/s, log-normal where it is `uneven`, and a clamp with noise in e-. A converter
-    with four more bits is followed by gains about the black level and by `finer` to whole codes."""
+    with finer `steps` is followed by gains about the black level and by `finer` to whole codes."""
     rng = np.random.default_rng([len(shot.label), int(whole)])
     body, black = np.random.default_rng(99), np.random.default_rng([len(shot.label), 98])
     prnu = 1 + 0.01 * body.normal(size=(HEIGHT, WIDTH))
@@ -119,7 +121,13 @@ def another_program(
         charge = rng.poisson((light * prnu + np.maximum(dark, 0.0)) * shot.exposure_s)
         dn = 0.02 * (charge + fpn + 30.0 * rng.normal(size=charge.shape)) + 6.3
         dn += 0.02 * clamp * black.normal()
-        raw = np.clip(np.round(dn), 0, 255) if whole else np.round(16 * dn) / 16 if finer else dn
+        raw = (
+            np.clip(np.round(dn), 0, 255)
+            if whole
+            else np.round(steps * dn) / steps
+            if finer
+            else dn
+        )
         planes = []
         for mask in masks:
             cross = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]]) / 4
@@ -187,6 +195,17 @@ def test_a_converter_of_more_bits_than_leave_the_camera_is_part_of_the_base(halv
         read_dn2=known.base.read_dn2 * np.square(gains),
         fpn_dn2=known.base.fpn_dn2 * np.square(gains),
     )
+    assert measured(around(plain, known.scenery), setting.seen).whole.p_value < 1e-6
+
+
+def test_a_converter_of_ten_bits_is_told_by_its_wide_and_narrow_codes() -> None:
+    """5 quarters and 3 in turn, read from the histogram: no gap, but for a base camera that counts
+    in fractions."""
+    setting = of_another_program(LONG_DARK, whole=False, finer=np.round, steps=4)
+    assert setting.arithmetic == OF_QUARTERS
+    known = calibrated(setting, None)
+    assert measured(known, setting.seen).whole.p_value > 1e-3
+    plain = dataclasses.replace(known.base, arithmetic=0)
     assert measured(around(plain, known.scenery), setting.seen).whole.p_value < 1e-6
 
 

@@ -11,7 +11,14 @@ from analysis.gap.calibrate.darks import NODES, WEIGHTS, behind_rounding
 from analysis.gap.camera.light import Light
 from analysis.gap.camera.light_blocks import blocks_of, light_noise
 from analysis.gap.look import observe as looking
-from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES, arithmetic_of, rules_of
+from analysis.gap.look.arithmetic import (
+    IN_FRACTIONS,
+    OF_QUARTERS,
+    OF_SIXTEENTHS,
+    OF_WHOLE_SAMPLES,
+    arithmetic_of,
+    rules_of,
+)
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observation import Stack, View
 from analysis.gap.look.observe import observe
@@ -241,7 +248,29 @@ def test_the_arithmetic_of_a_demosaicer_is_told_from_its_frames(arithmetic: int)
     open_ones = rules_of(told)
     assert told in open_ones
     assert (OF_WHOLE_SAMPLES in open_ones) == (told in (IN_FRACTIONS, 2))
-    assert len(open_ones) == {IN_FRACTIONS: 6, 2: 2}.get(told, 1)
+    assert len(open_ones) == {IN_FRACTIONS: 7, 2: 2}.get(told, 1)
+
+
+@pytest.mark.parametrize(("steps", "rule"), [(4, OF_QUARTERS), (16, OF_SIXTEENTHS), (None, 0)])
+def test_finer_steps_are_told_by_how_wide_even_codes_are(steps: int | None, rule: int) -> None:
+    """5 quarters to 3, or 17 sixteenths to 15; with the last halves up all codes are equally wide.
+    A curve behind it leaves neither."""
+    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
+    rng = np.random.default_rng(9)
+    light = np.linspace(20, 180, 256) + np.linspace(0, 30, 128)[:, None]
+    raw = light + rng.normal(0, 1.5, (6, 128, 256))
+    raw = raw if steps is None else np.round(steps * raw) / steps
+    filled = np.array([fill(frame, "RGGB") for frame in raw])
+
+    def told(codes: np.ndarray) -> int:
+        shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=6)
+        frames = Frames(dn=codes.astype(np.uint8), shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
+        return arithmetic_of([frames.dn], lattices_of(Capture(camera="x", frames=(frames,))))
+
+    assert told(np.round(filled)) == rule
+    assert told(np.floor(filled + 0.5)) == IN_FRACTIONS
+    bent = 255 * (filled / 255) ** 0.9
+    assert told(np.round(bent)) == IN_FRACTIONS
 
 
 @pytest.mark.parametrize("period", [23.7, 3.3, 500.0])

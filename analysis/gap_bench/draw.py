@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.gap.look.arithmetic import IN_SIXTEENTHS
+from analysis.gap.look.arithmetic import OF_SIXTEENTHS, OF_SIXTEENTHS_UP
 from analysis.gap.measure.signature import scaled
 from analysis.gap_bench.cases import Case
 from analysis.identifiability.limits import Limit, effect_of
@@ -52,6 +52,7 @@ INTERVAL_S = 0.0667
 
 
 ARITHMETICS = 4
+IN_SIXTEENTHS = (OF_SIXTEENTHS, OF_SIXTEENTHS_UP)
 FINER = 3
 """Of so many cameras one has a converter of four more bits, with a white balance behind it."""
 

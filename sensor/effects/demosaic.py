@@ -24,10 +24,10 @@ class Demosaic(Effect):
     whole neighbours, and every other mean of two is a half, so that it matters where halves go.
     One whose converter gives whole numbers but that counts in fractions from there on rounds again
     behind everything: without further processing that is the same as halves to the even number. One
-    whose converter has four bits more than what leaves the camera counts in sixteenths, as cameras
-    of 12 bits do that give 8: what processing makes of a sixteenth is a comb of its own. Where it
-    rounds behind everything, halves go to the even number, which then has 17 sixteenths and its
-    neighbours 15, or up.
+    whose converter has two or four bits more than what leaves the camera counts in quarters or
+    sixteenths, as cameras of 10 or 12 bits do that give 8: what processing makes of them is a comb
+    of its own. Where it rounds behind everything, halves go to the even number, which then has 5
+    quarters and its neighbours 3, or up; means may be whole numbers of these steps as well.
     """
 
     name: ClassVar[str] = "demosaic"
@@ -40,10 +40,11 @@ class Demosaic(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=6.0,
+        maximum=10.0,
         whole=True,
         doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down;"
-        " 4 in fractions of samples, 5 of sixteenths, 6 with halves up",
+        " 4 in fractions of whole samples; of sixteenths 5 in fractions, 6 with the last halves up,"
+        " 7 and whole means; 8 to 10 the same of quarters",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:

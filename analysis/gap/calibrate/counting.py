@@ -16,7 +16,15 @@ import numpy as np
 from analysis.gap.calibrate.refine import FAR, Refined, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.arithmetic import IN_SIXTEENTHS, OF_SIXTEENTHS
+from analysis.gap.look.arithmetic import (
+    FINER,
+    IN_FRACTIONS,
+    OF_SIXTEENTHS,
+    OF_SIXTEENTHS_UP,
+    TO_EVEN,
+    UP,
+)
+from analysis.gap.look.families import INTERPOLATION
 from analysis.gap.look.observation import Observation
 from sensor.effects.white_balance import WhiteBalance
 
@@ -93,27 +101,38 @@ def balanced(base: Base) -> Base:
 
 
 def unevenness(found: Refined) -> float:
-    """Mean square of what is left of the histograms of codes, in standard errors: of that channel,
-    in the dark or in the light, of which it is most. Gains make combs in red and in blue alone, and
-    few codes of a dark show more of them than many lit ones, whose combs are averaged.
+    """Mean square of what is left of the histograms of codes and of what stands between measured
+    samples, in standard errors: of that channel, in the dark or in the light, of which it is most.
+    Gains make combs in red and in blue alone, and few codes of a dark show more of them than many
+    lit ones, whose combs are averaged.
     """
     keys = found.space.keys
     left: dict[tuple[str, bool], list[float]] = defaultdict(list)
     for key, z in zip(keys, found.gap[: len(keys)], strict=True):
-        if key.family == "codes":
+        if key.family in ("codes", INTERPOLATION):
             left[key.lattice[0], key.shot in found.lit].append(float(z))
     return max((float(np.mean(np.square(z))) for z in left.values()), default=0.0)
 
 
 def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
-    """The same camera with four bits more until the last rounding; with and without gains there."""
-    if OF_SIXTEENTHS not in scenery.rules or base.white_balance is not None:
+    """The same camera with more bits until the last rounding; with and without gains there."""
+    whole = base.arithmetic not in (IN_FRACTIONS, *TO_EVEN)
+    if whole or OF_SIXTEENTHS not in scenery.rules or base.white_balance is not None:
         return
-    yield dataclasses.replace(base, arithmetic=OF_SIXTEENTHS)
+    # how wide even codes are is told where it can be
+    rules = FINER if base.arithmetic == IN_FRACTIONS else (base.arithmetic,)
+
+    def counting(camera: Base, rule: int) -> Base:
+        lower = camera.black_dn - UP.get(rule, 0.0)
+        return dataclasses.replace(camera, arithmetic=rule, black_dn=lower)
+
+    for rule in rules:
+        if rule not in (base.arithmetic, OF_SIXTEENTHS_UP):
+            yield counting(base, rule)
     red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
     if not all(1 / MOST_GAIN < gain < MOST_GAIN for gain in (red, blue)):
         return
     for about_black in (1.0, 0.0):
         gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)
-        for rule in IN_SIXTEENTHS:
-            yield dataclasses.replace(base.multiplied(gains), arithmetic=rule)
+        for rule in rules:
+            yield counting(base.multiplied(gains), rule)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.arithmetic import IN_SIXTEENTHS
+from analysis.gap.look.arithmetic import FINER
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -149,13 +149,13 @@ class Base:
         )
 
     def of_body(self, seed: int) -> Base:
-        """The base with gains that nobody knows exactly: where sixteenths are multiplied, a
+        """The base with gains that nobody knows exactly: where finer codes are multiplied, a
         thousandth of a gain is another comb. Those of whole codes are told by theirs.
 
         Args:
             seed: of the camera body.
         """
-        if self.white_balance is None or self.arithmetic not in IN_SIXTEENTHS:
+        if self.white_balance is None or self.arithmetic not in FINER:
             return self
         red, blue = map(float, 1.0 + GAIN_ERROR * np.random.default_rng(seed).standard_normal(2))
         return self.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))

@@ -28,7 +28,17 @@ OF_SIXTEENTHS = 5
 OF_SIXTEENTHS_UP = 6
 """The same with the last halves up: in fractions of themselves these differ by a shift alone."""
 
-IN_SIXTEENTHS = (OF_SIXTEENTHS, OF_SIXTEENTHS_UP)
+OF_QUARTERS = 8
+"""In fractions behind a converter with two more bits; the last halves go to the even number."""
+
+TO_EVEN = {OF_SIXTEENTHS: 1 / 16, OF_QUARTERS: 1 / 4}
+"""Finer steps with the last halves to the even number, and by how much even codes are wider."""
+
+UP = {OF_SIXTEENTHS_UP: 1 / 32, 7: 1 / 32, 9: 1 / 8, 10: 1 / 8}
+"""Finer steps with the last halves up, and by how much that raises all codes: they are equally
+wide."""
+
+FINER = (*TO_EVEN, *UP)
 
 HALVES_TO_EVEN = 2
 
@@ -47,11 +57,13 @@ def rules_of(told: int) -> tuple[int, ...]:
     """The ways of counting that colour images leave open, by what `arithmetic_of` tells.
 
     Args:
-        told: a rule in whole numbers that the images keep, or 0 where they keep none: it may be
-            hidden by what was done to them afterwards.
+        told: a rule that the images keep, or 0 where they keep none: it may be hidden by what was
+            done to them afterwards.
     """
     if told == IN_FRACTIONS:
-        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, OF_SIXTEENTHS)
+        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, *TO_EVEN)
+    if told in TO_EVEN:
+        return (told, IN_FRACTIONS)
     return (told, OF_WHOLE_SAMPLES) if told == HALVES_TO_EVEN else (told,)
 
 
@@ -71,7 +83,53 @@ def arithmetic_of(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -
         for name, rule in RULES.items()
     }
     best = max(found, key=lambda name: found[name])
-    return best if found[best] > NEARLY_ALL else IN_FRACTIONS
+    return best if found[best] > NEARLY_ALL else _by_width(stacks, lattices)
+
+
+FRAMES = 16
+"""Frames of a shot whose codes are counted."""
+
+SMOOTH = np.array([0.25, 0.5, 0.25])
+"""What even and odd codes have in common."""
+
+LEAST_COUNT = 400
+"""Samples of a code that count."""
+
+LEAST_CODES = 20
+"""Fewer codes have a shape of their own."""
+
+LIKE = 0.25
+"""Part of itself by which a width may be off."""
+
+CLEAR = 6.0
+"""Standard errors from which a width is no chance."""
+
+
+def _by_width(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -> int:
+    """Finer steps whose last halves go to the even code, by how much wider even codes are.
+
+    Green alone is asked: a white balance makes combs of the others. Low codes and high ones have to
+    agree, which those of a curve or of unequal steps do not.
+    """
+    off, size = np.zeros(2), np.zeros(2)
+    for dn in stacks:
+        greens = np.concatenate(
+            [one.of(dn[:FRAMES]).ravel() for one in lattices if one.channel == "G"]
+        )
+        counts = np.bincount(greens).astype(np.float64)
+        smooth = np.convolve(counts, SMOOTH, mode="same")
+        often = np.flatnonzero(smooth[1:-1] > LEAST_COUNT) + 1
+        if len(often) < LEAST_CODES:
+            continue
+        wider = (1.0 - 2.0 * (often % 2)) * (counts - smooth)[often]
+        for half, at in enumerate(np.array_split(np.arange(len(often)), 2)):
+            off[half] += wider[at].sum()
+            size[half] += smooth[often][at].sum()
+    for rule, wide in TO_EVEN.items():
+        alike = np.abs(off - wide * size) < LIKE * wide * size
+        if alike.all() and (off > CLEAR * np.sqrt(size)).all():
+            return rule
+    return IN_FRACTIONS
 
 
 def _means_of_two(frame: NDArray[Any], lattice: Lattice) -> tuple[Whole, Whole]:
