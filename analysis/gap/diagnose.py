@@ -13,7 +13,7 @@ from analysis.gap.calibrate.counting import counted, in_finer_codes
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import Refined, refine
+from analysis.gap.calibrate.refine import Refined, as_shown, refine
 from analysis.gap.camera.base import camera_of
 from analysis.gap.look.arithmetic import OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
@@ -61,6 +61,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     other = counted(best, fit_half, scenery)
     if other is not best.base:
         best = refine(other, fit_half, scenery, effects)
+    scenery = as_shown(best, scenery)
+    best = refine(best.base, fit_half, scenery, effects)
     best = in_finer_codes(best, fit_half, scenery)
     return around(best.base, scenery, effects)
 

@@ -273,8 +273,8 @@ def of_the_light(base: Base, scenery: Scenery, reference: Observation) -> Direct
         knobs=(),
         tuned=(),
         figures=np.zeros((len(ways), len(reference.keys))),
-        means=np.array([change for change, _ in ways]).reshape(-1, *reference.means.shape[1:]),
-        prior=np.array([width for _, width in ways]),
+        means=np.array([way.means for way in ways]).reshape(-1, *reference.means.shape[1:]),
+        prior=np.array([way.prior for way in ways]),
     )
 
 

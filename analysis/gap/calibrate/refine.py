@@ -26,7 +26,8 @@ from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
 from analysis.gap.camera.light import lamp_of
-from analysis.gap.camera.twin import Scenery
+from analysis.gap.camera.light_ways import light_ways
+from analysis.gap.camera.twin import NOT_CLIPPED, Scenery
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
 
@@ -229,10 +230,6 @@ def _directions(point: Refined, scenery: Scenery) -> Directions:
     )
 
 
-NOT_CLIPPED = 0.97
-"""Part of the range up to which the mean of a block tells how bright it is."""
-
-
 def as_bright(base: Base, point: Refined, seen: Observation, scenery: Scenery) -> Base:
     """A base whose twins are as bright as the frames, of one from which a step leads to it.
 
@@ -258,6 +255,25 @@ def as_bright(base: Base, point: Refined, seen: Observation, scenery: Scenery) -
         lit = (above > 0) & (below > 0)
         level[lamp] = level[lamp] * np.divide(above, below, out=np.ones_like(above), where=lit)
     return dataclasses.replace(base, level=level)
+
+
+def as_shown(point: Refined, scenery: Scenery) -> Scenery:
+    """The scenery with its light as the frames show it.
+
+    Args:
+        point: a camera against the frames, under this scenery.
+        scenery: its light is known.
+    """
+    light = scenery.light
+    if not light.known:
+        return scenery
+    shown = {lamp: rate.copy() for lamp, rate in light.rates.items()}
+    ways = light_ways(point.base, scenery, next(iter(point.bodies.values())))
+    for way, amount in zip(ways, point.light.amounts(point.gap), strict=True):
+        for lamp, change in way.images().items():
+            shown[lamp] += np.float32(amount) * change
+    shown = {lamp: np.maximum(rate, 0.0) for lamp, rate in shown.items()}
+    return dataclasses.replace(scenery, light=dataclasses.replace(light, shown=shown))
 
 
 def turn(base: Base, ways: Directions, amounts: Floats) -> Base:

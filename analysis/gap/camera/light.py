@@ -56,6 +56,8 @@ class Light:
         panels: areas of one reflectance.
         known: whether it comes from outside of the frames.
         source: in words.
+        shown: the rates as the frames show them, where that is known: shading and reflectances are
+            never quite as they were stated.
     """
 
     rates: Mapping[str, Rate]
@@ -64,6 +66,12 @@ class Light:
     panels: tuple[Panel, ...]
     known: bool
     source: str
+    shown: Mapping[str, Rate] | None = None
+
+    @property
+    def falls(self) -> Mapping[str, Rate]:
+        """The rates by which twins are lit."""
+        return self.rates if self.shown is None else self.shown
 
     @property
     def lamps(self) -> tuple[str, ...]:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.light import lamp_of
+from analysis.gap.camera.light import Rate, lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
 from analysis.gap.camera.twin import Scenery, exposure_of
+from analysis.gap.look.lattices import BORDER_PX
 from analysis.gap.look.observation import Observation
+from foundation.panel import Panel
 
 Floats = NDArray[np.float64]
 
@@ -24,23 +28,41 @@ LEVEL_PRIOR = 0.001
 """Of a shot's level against what the manifest states."""
 
 
-def light_ways(
-    base: Base, scenery: Scenery, reference: Observation
-) -> Iterator[tuple[Floats, float]]:
-    """Changes of the block means by the light alone, each with its prior."""
+Images = dict[str, Rate]
+"""Rate images, or changes of them, by lamp."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LightWay:
+    """One way in which the light can differ.
+
+    Attributes:
+        means: change of the block means, (shots, channels, blocks).
+        prior: standard deviation of its amount.
+        images: the same change of the rate images; of a single shot's level there is none.
+    """
+
+    means: Floats
+    prior: float
+    images: Callable[[], Images] = dict
+
+
+def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
+    """Changes of the light alone, each with its prior."""
     shape = reference.means.shape[1:]
     lit = [k for k, shot in enumerate(scenery.shots) if not shot.dark]
     lamps = sorted({lamp_of(scenery.shots[k]) for k in lit})
+    rates = scenery.light.rates
     unit = {lamp: lamp_dn(base, scenery.light, scenery.view, lamp) for lamp in lamps}
     for k in lit:
         change = np.zeros(shape)
         shot = scenery.shots[k]
         change[k] = unit[lamp_of(shot)] * exposure_of(shot)
-        yield change, LEVEL_PRIOR
+        yield LightWay(means=change, prior=LEVEL_PRIOR)
     if not scenery.light.known:
         return
 
-    def everywhere(by_lamp: dict[str, Floats]) -> Floats:
+    def everywhere(by_lamp: Mapping[str, Floats]) -> Floats:
         change = np.zeros(shape)
         for k in lit:
             shot = scenery.shots[k]
@@ -51,31 +73,85 @@ def light_ways(
     down, across = reference.grid
     y = np.repeat(np.linspace(-1, 1, down), across)
     x = np.tile(np.linspace(-1, 1, across), down)
-    for shading in (x, y, x * x, x * y, y * y):
+    for k, of_blocks in enumerate(_shadings(x, y)):
         for lamp in lamps:
-            yield everywhere({lamp: unit[lamp] * shading}), SHADING_PRIOR
-    yield from ((everywhere(change), FREE) for change in _moved(base, scenery, lamps))
-    height, width = scenery.body.height, scenery.body.width
+            yield LightWay(
+                means=everywhere({lamp: unit[lamp] * of_blocks}),
+                prior=SHADING_PRIOR,
+                images=functools.partial(_shaded, scenery, reference.grid, lamp, k),
+            )
+    for moved in (_across, _down, _scaled, _turned):
+        images = {lamp: moved(rates[lamp]) for lamp in lamps}
+        blocks = {
+            lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None]
+            * blocks_of(image, scenery.view, base.channels)
+            for lamp, image in images.items()
+        }
+        yield LightWay(means=everywhere(blocks), prior=FREE, images=functools.partial(dict, images))
     for panel in scenery.light.panels:
-        mask = np.zeros((height, width, 3), dtype=np.float32)
-        mask[panel.y : panel.y + panel.h, panel.x : panel.x + panel.w] = 1.0
-        where = blocks_of(mask, scenery.view, base.channels)
+        where = blocks_of(_mask(panel, scenery), scenery.view, base.channels)
         for c in range(len(base.channels)):
             one = np.zeros_like(where)
             one[c] = where[c]
-            yield everywhere({lamp: unit[lamp] * one for lamp in lamps}), PANEL_PRIOR
+            yield LightWay(
+                means=everywhere({lamp: unit[lamp] * one for lamp in lamps}),
+                prior=PANEL_PRIOR,
+                images=functools.partial(_repainted, scenery, lamps, panel, base.channels[c]),
+            )
 
 
-def _moved(base: Base, scenery: Scenery, lamps: list[str]) -> Iterator[dict[str, Floats]]:
-    """The picture shifted, turned and scaled, by lamp."""
-    pieces: list[dict[str, Floats]] = [{} for _ in range(4)]
-    for lamp in lamps:
-        rate = scenery.light.rates[lamp].astype(np.float32)
-        dy, dx = np.gradient(rate, axis=(0, 1))
-        h, w = rate.shape[:2]
-        y = (np.arange(h, dtype=np.float32) - h / 2)[:, None, None] / w
-        x = (np.arange(w, dtype=np.float32) - w / 2)[None, :, None] / w
-        scale = (base.level[lamp] * base.gain_dn_per_e)[:, None]
-        for piece, image in zip(pieces, (dx, dy, x * dx + y * dy, x * dy - y * dx), strict=True):
-            piece[lamp] = scale * blocks_of(image, scenery.view, base.channels)
-    yield from pieces
+def _shadings(x: Floats, y: Floats) -> tuple[Floats, ...]:
+    return x, y, x * x, x * y, y * y
+
+
+def _shaded(scenery: Scenery, grid: tuple[int, int], lamp: str, k: int) -> Images:
+    """The light of a lamp times the k-th shading, which is 1 in the middle of the last block."""
+    pitch_px = scenery.view.side * scenery.view.lattices[0].step
+
+    def along(size_px: int, blocks: int) -> Floats:
+        at = (np.arange(size_px) + 0.5 - BORDER_PX) / pitch_px - 0.5
+        return np.asarray(2.0 * at / max(blocks - 1, 1) - 1.0)
+
+    rate = scenery.light.rates[lamp]
+    y, x = np.meshgrid(along(rate.shape[0], grid[0]), along(rate.shape[1], grid[1]), indexing="ij")
+    return {lamp: rate * _shadings(x, y)[k][..., None].astype(np.float32)}
+
+
+def _mask(panel: Panel, scenery: Scenery) -> Rate:
+    mask = np.zeros((scenery.body.height, scenery.body.width, 3), dtype=np.float32)
+    mask[panel.y : panel.y + panel.h, panel.x : panel.x + panel.w] = 1.0
+    return mask
+
+
+def _repainted(scenery: Scenery, lamps: list[str], panel: Panel, channel: str) -> Images:
+    """The light of a panel in one channel; a grey camera has all of them in one."""
+    mask = _mask(panel, scenery)
+    if channel != "Y":
+        mask = mask * np.eye(3, dtype=np.float32)["RGB".index(channel)]
+    return {lamp: scenery.light.rates[lamp] * mask for lamp in lamps}
+
+
+def _across(rate: Rate) -> Rate:
+    return np.asarray(np.gradient(rate, axis=1))
+
+
+def _down(rate: Rate) -> Rate:
+    return np.asarray(np.gradient(rate, axis=0))
+
+
+def _about_the_middle(rate: Rate) -> tuple[Rate, Rate]:
+    """Places in widths, right of and below the middle."""
+    h, w = rate.shape[:2]
+    y = (np.arange(h, dtype=np.float32) - h / 2)[:, None, None] / w
+    x = (np.arange(w, dtype=np.float32) - w / 2)[None, :, None] / w
+    return x, y
+
+
+def _scaled(rate: Rate) -> Rate:
+    x, y = _about_the_middle(rate)
+    return np.asarray(x * _across(rate) + y * _down(rate))
+
+
+def _turned(rate: Rate) -> Rate:
+    x, y = _about_the_middle(rate)
+    return np.asarray(x * _down(rate) - y * _across(rate))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base, Body, camera_of
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
-from analysis.gap.camera.light_blocks import light_noise
+from analysis.gap.camera.light_blocks import blocks_of, light_noise
 from analysis.gap.look.observation import Observation, Stack, View
 from analysis.gap.look.observe import observe
 from analysis.gap.look.repeats import fresh, repeats
@@ -83,7 +83,31 @@ def twin(
     camera = bare if own is base else camera_of(own, scenery.body)
     camera = camera.plus(*effects).with_body(body)
     seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
+    if scenery.light.shown is not None:
+        seen = under_stated_light(seen, scenery, base)
     return under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen
+
+
+NOT_CLIPPED = 0.97
+"""Part of the range up to which the mean of a block tells how bright it is."""
+
+
+def under_stated_light(seen: Observation, scenery: Scenery, base: Base) -> Observation:
+    """A twin under light as the frames show it, with the mean images of the stated light.
+
+    A hundredth of the light moves patches of a chart by a code, and their histogram is another. How
+    far the light of a capture is from what was stated is told by its mean images alone.
+    """
+    light, view = scenery.light, scenery.view
+    means = seen.means.copy()
+    for k, shot in enumerate(scenery.shots):
+        if shot.dark:
+            continue
+        lamp = lamp_of(shot)
+        more = blocks_of(light.falls[lamp] - light.rates[lamp], view, seen.channels)
+        dn = (base.level[lamp] * base.gain_dn_per_e)[:, None] * more * exposure_of(shot)
+        means[:, k] -= np.where(means[:, k] < NOT_CLIPPED * view.top_dn, dn, 0.0)
+    return dataclasses.replace(seen, means=means)
 
 
 def under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: int) -> Observation:
@@ -141,7 +165,7 @@ def electrons(light: Light, blur_px2: float, level: Mapping[str, Floats]) -> dic
 
 @functools.lru_cache(maxsize=4)
 def _soft(light: Light, blur_px2: float) -> dict[str, Rate]:
-    return {lamp: softened(rate, blur_px2) for lamp, rate in light.rates.items()}
+    return {lamp: softened(rate, blur_px2) for lamp, rate in light.falls.items()}
 
 
 def softened(rate: Rate, variance_px2: float) -> Rate:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import refine, refined
+from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined
+from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting, halves
@@ -57,16 +58,16 @@ def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
     found = choice.best
     watch(f"confirming {found.name}")
     effects = (*model.effects, found.effect)
-    step = _step(setting, choice, found.model or around(found.base, setting.scenery, effects))
+    fit_half, _ = halves(setting.seen)
+    now = refined(found.base, fit_half, model.scenery, effects)
+    step = _step(setting, choice, found.model or _around(now, model.scenery))
     if step.ends:
         return step
-    fit_half, _ = halves(setting.seen)
-    now = refined(found.base, fit_half, setting.scenery, effects)
-    base = counted(now, fit_half, setting.scenery, enough=0.0)
+    base = counted(now, fit_half, model.scenery, enough=0.0)
     if base is now.base:
         return step
-    again = refine(base, fit_half, setting.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
-    recounted = _step(setting, choice, around(again.base, setting.scenery, again.effects))
+    again = refine(base, fit_half, model.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+    recounted = _step(setting, choice, _around(again, model.scenery))
     return recounted if recounted.left.held.total < step.left.held.total else step
 
 
@@ -82,9 +83,14 @@ def alone(setting: Setting, known: Fit, step: Step) -> Step:
     effects = (*known.effects, last)
     fit_half, _ = halves(setting.seen)
     found = refine(
-        step.model.base, fit_half, setting.scenery, effects, steps=ANEW_STEPS, tuned=last.name
+        step.model.base, fit_half, known.scenery, effects, steps=ANEW_STEPS, tuned=last.name
     )
-    return _step(setting, step.choice, around(found.base, setting.scenery, found.effects))
+    return _step(setting, step.choice, _around(found, known.scenery))
+
+
+def _around(found: Refined, scenery: Scenery) -> Fit:
+    """Everything around a model, under light as the frames show it to a camera like that."""
+    return around(found.base, as_shown(found, scenery), found.effects)
 
 
 def first_step(
