@@ -24,7 +24,7 @@ from analysis.gap.look.observation import Stack, View
 from analysis.gap.look.observe import observe
 from analysis.gap.look.statistics.codes import codes
 from analysis.gap.look.statistics.group import Group, crossed
-from analysis.gap.look.statistics.pattern import pattern
+from analysis.gap.look.statistics.pattern import pattern, pattern_shape
 from analysis.gap.look.statistics.structure import (
     columns,
     frames,
@@ -416,3 +416,14 @@ def test_frames_that_were_looked_at_are_not_looked_at_again(
     assert not np.array_equal(seen(dn, lit=False), first)
     seen(dn, lit=True)
     assert len(looks) == 3
+
+
+def test_skewness_of_a_pattern_without_any_is_normal() -> None:
+    """Of 200 bodies 38 % are within half a standard deviation of the mean; a bare cube root, which
+    is steep at zero, leaves far fewer there."""
+    rng = np.random.default_rng(12)
+    offsets = rng.normal(20, 1.0, (200, 1, 48, 64))
+    codes = np.round(offsets + rng.normal(0, 1.0, (200, 4, 48, 64))).astype(np.uint8)
+    found = pattern_shape(Group(codes=codes, top_dn=255, lit=False))["pattern skewness"]
+    share = float(np.mean(np.abs(found - found.mean()) < found.std() / 2))
+    assert share == pytest.approx(0.383, abs=3.5 * np.sqrt(0.383 * 0.617 / 200))

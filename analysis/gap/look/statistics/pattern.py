@@ -84,8 +84,14 @@ def pattern_shape(group: Group) -> Figures:
     found["hot samples"] = np.sqrt((hot > 3).mean(axis=(1, 2)))
     found["very hot samples"] = np.sqrt((hot > 12).mean(axis=(1, 2)))
     third = (a * b * (a + b) / 2).mean(axis=(1, 2), dtype=np.float64)
-    found["pattern skewness"] = np.cbrt(third / sigma**3)
+    found["pattern skewness"] = _soft_root(third / sigma**3)
     return found
+
+
+def _soft_root(value: Floats) -> Floats:
+    """A cube root of large values; of small ones as they are: a root is steep at zero, where a sign
+    that is chance would count as many standard errors."""
+    return np.asarray(np.sign(value) * (np.cbrt(1.0 + 3.0 * np.abs(value)) - 1.0))
 
 
 def _cap_in_light(product: Array) -> Floats:
