@@ -60,11 +60,17 @@ def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float =
     if found.misfit < enough:
         return found.base
     others = (
-        refined(dataclasses.replace(found.base, arithmetic=rule), seen, scenery, found.effects)
+        refined(by_rule(found.base, rule), seen, scenery, found.effects)
         for rule in scenery.rules
         if rule != found.base.arithmetic
     )
     return min([found, *others], key=lambda one: one.chi2).base
+
+
+def by_rule(base: Base, rule: int) -> Base:
+    """The camera with another way of counting, and codes that are as high in the mean."""
+    raised = UP.get(rule, 0.0) - UP.get(base.arithmetic, 0.0)
+    return dataclasses.replace(base, arithmetic=rule, black_dn=base.black_dn - raised)
 
 
 def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
@@ -121,18 +127,13 @@ def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
         return
     # how wide even codes are is told where it can be
     rules = FINER if base.arithmetic == IN_FRACTIONS else (base.arithmetic,)
-
-    def counting(camera: Base, rule: int) -> Base:
-        lower = camera.black_dn - UP.get(rule, 0.0)
-        return dataclasses.replace(camera, arithmetic=rule, black_dn=lower)
-
     for rule in rules:
         if rule not in (base.arithmetic, OF_SIXTEENTHS_UP):
-            yield counting(base, rule)
+            yield by_rule(base, rule)
     red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
     if not all(1 / MOST_GAIN < gain < MOST_GAIN for gain in (red, blue)):
         return
     for about_black in (1.0, 0.0):
         gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)
         for rule in rules:
-            yield counting(base.multiplied(gains), rule)
+            yield by_rule(base.multiplied(gains), rule)
