@@ -248,7 +248,7 @@ def test_the_arithmetic_of_a_demosaicer_is_told_from_its_frames(arithmetic: int)
     open_ones = rules_of(told)
     assert told in open_ones
     assert (OF_WHOLE_SAMPLES in open_ones) == (told in (IN_FRACTIONS, 2))
-    assert len(open_ones) == {IN_FRACTIONS: 9, 2: 2}.get(told, 1)
+    assert len(open_ones) == {IN_FRACTIONS: 7, 2: 2}.get(told, 1)
 
 
 @pytest.mark.parametrize(("steps", "rule"), [(4, OF_QUARTERS), (16, OF_SIXTEENTHS), (None, 0)])

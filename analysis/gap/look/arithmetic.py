@@ -31,13 +31,10 @@ OF_SIXTEENTHS_UP = 6
 OF_QUARTERS = 8
 """In fractions behind a converter with two more bits; the last halves go to the even number."""
 
-OF_QUARTERS_UP = (9, 10)
-"""The same with the last halves up, and with means in whole quarters."""
-
 TO_EVEN = {OF_SIXTEENTHS: 1 / 16, OF_QUARTERS: 1 / 4}
 """Finer steps with the last halves to the even number, and by how much even codes are wider."""
 
-UP = {OF_SIXTEENTHS_UP: 1 / 32, 7: 1 / 32, **dict.fromkeys(OF_QUARTERS_UP, 1 / 8)}
+UP = {OF_SIXTEENTHS_UP: 1 / 32, 7: 1 / 32, 9: 1 / 8, 10: 1 / 8}
 """Finer steps with the last halves up, and by how much that raises all codes: they are equally
 wide."""
 
@@ -64,8 +61,8 @@ def rules_of(told: int) -> tuple[int, ...]:
             done to them afterwards.
     """
     if told == IN_FRACTIONS:
-        # sixteenths with halves up look like fractions
-        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, *TO_EVEN, *OF_QUARTERS_UP)
+        # where halves go is lost in what hides the rule
+        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, *TO_EVEN)
     if told in TO_EVEN:
         return (told, IN_FRACTIONS)
     return (told, OF_WHOLE_SAMPLES) if told == HALVES_TO_EVEN else (told,)

@@ -11,7 +11,7 @@ from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
 from analysis.gap.camera.base import Base
-from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_WHOLE_SAMPLES
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
@@ -138,8 +138,8 @@ def anew(
         begun = as_found if as_it_was else against(base, effect)
         as_counted = counted(begun, case.fit_seen, known.scenery)
         yield as_counted, effect
-        # far from the camera its arithmetic cannot be seen, so both ways are gone
-        for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES):
+        # far from the camera its arithmetic cannot be seen, so all ways are gone
+        for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS):
             if rule in known.scenery.rules and rule != as_counted.arithmetic:
                 yield dataclasses.replace(base, arithmetic=rule), effect
         for other in choices(effect):
