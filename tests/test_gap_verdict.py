@@ -129,11 +129,15 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
 
 def test_what_calibration_takes_up_is_no_evidence_by_itself() -> None:
     """A lamp that stands elsewhere, 0.997 of it shading that is free, had a score of 33 by the
-    thousandth that was left, in a null of which nothing was significant as a whole."""
+    thousandth that was left, in a null of which nothing was significant as a whole. Smear, 0.93 of
+    which is shading, was right where glare, of which less is, showed that there is a gap."""
     lamp = dataclasses.replace(candidate("lamp_displacement", 33.0), absorbed=0.997)
-    rows = candidate("row_noise", 20.0)
+    rows = candidate("row_noise", 12.0)
     assert list(telling([lamp, rows], p_of_whole=0.4)) == [rows]
     assert list(telling([lamp, rows], p_of_whole=1e-4)) == [lamp, rows]
+    smear = dataclasses.replace(candidate("smear", 180.0), absorbed=0.93)
+    glare = candidate("veiling_glare", 130.0)
+    assert list(telling([smear, glare], p_of_whole=0.4)) == [smear, glare]
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,8 @@ def telling(candidates: Sequence[Candidate], p_of_whole: float) -> Sequence[Cand
     """The suspects that may be evidence of a gap, best first.
 
     Where the whole is no more than chance makes, what calibration takes up for nine tenths is none:
-    of the tenth that is left the most is how straight calibration's own directions are.
+    of the tenth that is left the most is how straight calibration's own directions are. Where one
+    of the others shows a gap, any may be its cause.
 
     Args:
         candidates: best first.
@@ -101,7 +102,9 @@ def telling(candidates: Sequence[Candidate], p_of_whole: float) -> Sequence[Cand
     """
     if p_of_whole < SIGNIFICANCE:
         return candidates
-    return [c for c in candidates if c.absorbed <= EQUIVALENT]
+    others = [c for c in candidates if c.absorbed <= EQUIVALENT]
+    shown = choose(others) is not None and both(p_of_whole, p_of_best(others)) < SIGNIFICANCE
+    return candidates if shown else others
 
 
 FREEDOM = 15.0
