@@ -56,8 +56,10 @@ def plan(capture: Capture) -> Plan | None:
     if len(usable) < FEWEST_SHOTS:
         return None
     typical = int(np.median([f.count for f in usable]))
+    # darks may have fewer frames than the rest, and are worth more
+    fewest = min(f.count for f in usable if f.count >= typical // 2)
     large = usable[0].height * usable[0].width > LARGE_PX
-    frames = max(2, min(GROUP_FRAMES // (2 if large else 1), typical // 2 // 2 * 2))
+    frames = max(2, min(GROUP_FRAMES // (2 if large else 1), fewest // 2 // 2 * 2))
     usable = [f for f in usable if f.count >= 2 * frames]
     if len(usable) < FEWEST_SHOTS:
         return None

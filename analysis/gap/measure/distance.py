@@ -65,6 +65,11 @@ class Distance:
     p_value: float
 
 
+TELLS_NOTHING = 1e-3
+"""Expected chi-squared below which a family has no chance of its own: all of its figures are of a
+picture that nobody stated."""
+
+
 def distance(left: Floats, spread: Spread) -> Distance:
     """Distance of what is left of a capture.
 
@@ -78,9 +83,10 @@ def distance(left: Floats, spread: Spread) -> Distance:
         found = float(squares[spread.families == name].sum())
         expected, variance = float(spread.expected[k]), float(spread.variance[k])
         by_family[name] = (found - expected) / max(expected, 1e-9)
-        scale = variance / (2 * expected) if expected > 0 else 1.0
-        freedom = 2 * expected**2 / variance
-        chances[name] = float(stats.chi2.sf(found / scale, freedom)) if expected > 0 else 1.0
+        chances[name] = 1.0
+        if expected > TELLS_NOTHING:
+            scale, freedom = variance / (2 * expected), 2 * expected**2 / variance
+            chances[name] = float(stats.chi2.sf(found / scale, freedom))
     smallest = min(chances.values())
     return Distance(
         total=float((squares.sum() - spread.expected.sum()) / spread.expected.sum()),

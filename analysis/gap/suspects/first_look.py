@@ -20,14 +20,17 @@ import numpy as np
 from analysis.gap.calibrate.agreement import agreed_of
 from analysis.gap.calibrate.fit import SEEDS, Fit
 from analysis.gap.measure.case import Case, vector
-from analysis.gap.measure.signature import Signature, signature, signed, starts
+from analysis.gap.measure.signature import Signature, scaled, signature, signed, starts
 from analysis.gap.ready.hints import Hints, Told
 from sensor.colours import Colours
-from sensor.effect import Effect
+from sensor.effect import Effect, Stage
 
 WORTH_A_SECOND = 14.0
 """Promise that is worth a second look: a suspect needs a score of 15 to be named, and families
 promise half of that by chance."""
+
+IN_THE_PICTURE = frozenset({Stage.LIGHTING, Stage.OPTICS, Stage.PHOTOSITE})
+"""Stages whose effects change what there is to see."""
 
 PROMISING = 0.05
 """Part of the best promise that is worth a second look: a suspect is a finalist from a fifth of the
@@ -56,11 +59,23 @@ def shows(
         watch(kind.name)
         exact = told[kind.name].hints if kind.name in told else {}
         hinted = in_range(kind, {**hints.get(kind.name, {}), **exact})
-        for effect in dict.fromkeys(dataclasses.replace(e, **hinted) for e in starts(kind)):
+        begun = (dataclasses.replace(e, **hinted) for e in starts(kind))
+        for effect in dict.fromkeys(way for e in begun for way in either_way(e)):
             shown = signature(effect, case.known, seeds=SEEDS[:1])
             if shown is not None:
                 found.append(shown)
     return found
+
+
+def either_way(effect: Effect) -> tuple[Effect, ...]:
+    """An effect, and the same the other way where there is one.
+
+    The picture turns its sign with a shift of colours or a change of the light; the power of what
+    calibration leaves of it does not, and is no evidence for an amount below zero.
+    """
+    if not signed(type(effect)) or effect.stage not in IN_THE_PICTURE:
+        return (effect,)
+    return effect, scaled(effect, -1.0)
 
 
 def closer(

@@ -1,0 +1,52 @@
+"""Which shots and frames take part, and which families have a say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.look.shots import plan
+from analysis.gap.measure.distance import distance
+from analysis.gap.measure.twins_spread import Spread
+from sensor.frames import Capture, Frames
+from sensor.protocol import Shot
+
+
+def stack(label: str, frames: int, *, lit: bool) -> Frames:
+    light = ("lamp",) if lit else ("none",)
+    shot = Shot(label=label, light=light, level=(1.0,), exposure_s=0.01, frames=frames)
+    dn = np.random.default_rng(frames).integers(10, 20, (frames, 24, 32), dtype=np.uint8)
+    return Frames(dn=dn, shot=shot, pixels="mono8", bits=8, cfa=None)
+
+
+@pytest.mark.parametrize(("darks", "taken"), [(14, True), (12, True), (5, False)])
+def test_darks_with_fewer_frames_than_the_rest_take_part(darks: int, taken: bool) -> None:
+    """Lit shots of 23 frames could have groups of 8, and darks of 14 none: groups of 6 then. A
+    fifth of the frames would cost the rest too much."""
+    lit = [stack(f"lit {k}", 23, lit=True) for k in range(4)]
+    dark = stack("dark", darks, lit=False)
+    chosen = plan(Capture(camera="x", frames=(dark, *lit)))
+    assert chosen is not None
+    assert ("dark" in chosen.key) == taken
+    assert chosen.frames == ({14: 6, 12: 6}.get(darks, 8))
+
+
+def test_a_family_that_tells_nothing_has_no_chance_of_its_own() -> None:
+    """Histograms of light that nobody stated have errors 10,000 times as wide as they are: twins
+    have 1e-8 of chi-squared there, and a capture with 1e-6 is none the worse."""
+    rng = np.random.default_rng(1)
+    left = np.concatenate([rng.normal(size=40), 1e-4 * np.ones(100)])
+    names = ("rows", "codes")
+    spread = Spread(
+        families=np.repeat(names, (40, 100)),
+        alike=np.zeros(140),
+        names=names,
+        expected=np.array([40.0, 1e-8]),
+        variance=np.array([80.0, 1e-18]),
+        residuals=rng.normal(size=(24, 140)),
+        amounts=np.zeros((24, 0)),
+        of_body=np.zeros(0),
+    )
+    found = distance(left, spread)
+    assert found.p_by_family["codes"] == 1.0
+    assert found.p_value > 0.01
