@@ -98,14 +98,14 @@ def test_a_camera_without_two_greens_has_none_of_this() -> None:
 def test_the_greens_of_a_noisy_light_are_as_far_apart_as_its_paths_say() -> None:
     """Light of blocks that is known to v of its square, by so many light paths in each lattice,
     moves the mean of a green by v and the two apart by 4 v: over b even blocks the difference
-    scatters by sqrt(4 v / b) of green. Any part of the noise between ours and all may be there, so
-    that the mean of variances is (1 + ours) / 2 of the whole."""
+    scatters by sqrt(4 v / b) of green. Any part of the noise may be there, so that the mean of
+    variances is half of the whole."""
     rate = np.full((HEIGHT, WIDTH, 3), 1e4, dtype=np.float32)
     camera = load("ideal").resized(HEIGHT, WIDTH)
     shot = Shot(label="lit", light=("lamp",), exposure_s=1.0, frames=4)
     scenery = scenery_of(camera, (shot,), {"lamp": rate}, (), 2)
     noise = {"lamp": np.square(0.05 * rate)}
-    light = dataclasses.replace(scenery.light, noise=noise, ours=0.2)
+    light = dataclasses.replace(scenery.light, noise=noise)
     scenery = dataclasses.replace(scenery, light=light)
     base = base_of(camera, ("lamp",))
     quiet = dataclasses.replace(scenery, light=dataclasses.replace(light, noise={}))
@@ -115,7 +115,7 @@ def test_the_greens_of_a_noisy_light_are_as_far_apart_as_its_paths_say() -> None
     apart = np.array([one.figures[0, place] - plain.figures[0, place] for one in bodies])
     moved = np.array([one.means[0, 0, 1] / plain.means[0, 0, 1] - 1 for one in bodies])
     v = light_noise(light, scenery.view, plain.channels)["lamp"][1]
-    part = (1 + light.ours) / 2
+    part = 1 / 2
     assert np.square(moved).mean() == pytest.approx(part * v.mean(), rel=5 * 0.3 / np.sqrt(400))
     expected = part * 4 * v.mean() / len(v)
     assert np.square(apart).mean() == pytest.approx(expected, rel=5 * np.sqrt(2.5 / 400))

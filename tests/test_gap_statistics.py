@@ -318,7 +318,7 @@ def test_the_noise_of_light_paths_is_that_of_the_blocks() -> None:
     capture = colour_capture("RGGB")
     view = View(lattices=lattices_of(capture), frames=2, side=4, top_dn=255)
     light = Light(
-        rates={"lamp": rate}, noise={"lamp": noise}, ours=1.0, panels=(), known=True, source="drawn"
+        rates={"lamp": rate}, noise={"lamp": noise}, panels=(), known=True, source="drawn"
     )
     told = light_noise(light, view, ("R", "G", "B"))["lamp"]
     still = blocks_of(rate, view, ("R", "G", "B"))

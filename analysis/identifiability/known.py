@@ -121,7 +121,6 @@ def scenery_of(
         light=Light(
             rates={lamp: rates[lamp] for lamp in rates if lamp in lamps},
             noise={},
-            ours=0.0,
             panels=tuple(panels),
             known=True,
             source="a known light",

@@ -51,8 +51,8 @@ class Light:
         rates: photo-electrons per second at level 1 by lamp, (H, W, 3); in arbitrary units where
             it was read from the frames.
         noise: variance of these from the finite number of light paths, ours and those of a capture
-            that was simulated; empty where the very light is stated.
-        ours: part of it that is ours; nobody knows whether there is the rest.
+            that was simulated: all of it may be there, or none. Empty where the very light is
+            stated.
         panels: areas of one reflectance.
         known: whether it comes from outside of the frames.
         source: in words.
@@ -62,7 +62,6 @@ class Light:
 
     rates: Mapping[str, Rate]
     noise: Mapping[str, Rate]
-    ours: float
     panels: tuple[Panel, ...]
     known: bool
     source: str
@@ -128,7 +127,6 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
     return Light(
         rates=_from_frames(lit, black_dn),
         noise={},
-        ours=0.0,
         panels=(),
         known=False,
         source="the frames themselves",
@@ -164,7 +162,6 @@ def _known(
     return Light(
         rates=rates,
         noise=noise,
-        ours=1 / noisier,
         panels=first.header.panels,
         known=True,
         source=source,

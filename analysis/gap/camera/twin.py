@@ -111,12 +111,12 @@ def under_stated_light(seen: Observation, scenery: Scenery, base: Base) -> Obser
 
 
 def under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: int) -> Observation:
-    """The twin as if its light had been traced with other paths than ours, or with endlessly many:
-    a camera in front of a real scene has no such noise.
+    """The twin as if its light had been traced with other paths than ours, with endlessly many, as
+    that of a real scene, or with the very same.
     """
     draw = np.random.default_rng(body)
     light = scenery.light
-    part = light.ours + (1.0 - light.ours) * draw.uniform()
+    part = draw.uniform()
     errors, of_greens = {}, {}
     for lamp, variance in light_noise(light, scenery.view, seen.channels).items():
         sd = np.sqrt(part * variance)
