@@ -11,12 +11,14 @@ import pytest
 from analysis.gap.look.observation import Key
 from analysis.gap.measure.signature import Signature
 from analysis.gap.suspects import first_look
-from analysis.gap.suspects.first_look import closer, confirmed, in_range, promise
+from analysis.gap.suspects.first_look import closer, confirmed, either_way, in_range, promise
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.hot_pixels import HotPixels
+from sensor.effects.lateral_chromatic_aberration import LateralChromaticAberration
 
 FAMILIES = np.repeat(["codes", "rows", "time"], [20, 300, 300])
 KEYS = tuple(Key(shot="a", lattice="Y", family=f, statistic=str(k)) for k, f in enumerate(FAMILIES))
@@ -51,6 +53,16 @@ def case(left: np.ndarray) -> Any:
     return SimpleNamespace(
         fitting=SimpleNamespace(turned=turned, spread=spread), fit_left=left, known=None
     )
+
+
+def test_what_changes_the_picture_is_looked_at_either_way() -> None:
+    """Fringes the other way move the mean image the other way and leave as much power: an amount
+    below zero fits one of the two. A kind that has one sign, or does not show in the picture, is
+    looked at once."""
+    out = LateralChromaticAberration(red_px=0.5, blue_px=-0.4)
+    assert either_way(out) == (out, LateralChromaticAberration(red_px=-0.5, blue_px=0.4))
+    for once in (HotPixels(), BlackLevelOffset(offset_e=5.0)):
+        assert either_way(once) == (once,)
 
 
 def test_a_promise_is_never_less_than_what_is_kept() -> None:
