@@ -47,7 +47,9 @@ def independent(sigma: float) -> ReadNoise:
     return ReadNoise(reset_e=0.0, thermal_e=READ_E, other_e=sigma)
 
 
-def applied(effect: Effect, values: Array, *, cfa: str = "GGGG", bits: int = 8) -> Array:
+def applied(
+    effect: Effect, values: Array, *, cfa: str = "GGGG", bits: int = 8, black_dn: float = 0.0
+) -> Array:
     """The effect alone on given DN, frame by frame."""
     camera = Camera(
         name="bare", height=values.shape[1], width=values.shape[2], pixels="bayer16", bits=16,
@@ -57,7 +59,7 @@ def applied(effect: Effect, values: Array, *, cfa: str = "GGGG", bits: int = 8) 
     where, frames = backend(), range(len(values))
     form = Format(
         height=values.shape[1], width=values.shape[2], cfa=cfa, bits=bits,
-        gain_dn_per_e=camera.gain_dn_per_e, black_dn=0.0,
+        gain_dn_per_e=camera.gain_dn_per_e, black_dn=black_dn,
     )  # fmt: skip
     signal = Signal(
         numbers=where.tensor(values), quantity=effect.quantity(), format=form, shot=shot,

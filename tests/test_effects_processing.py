@@ -56,6 +56,22 @@ def test_gamma_passes_noise_with_the_slope_of_the_curve() -> None:
     tells_apart(figures, at_levels(Gamma(exponent=exponent)), straight)
 
 
+@pytest.mark.parametrize("way", [0.0, 1.0, 2.0])
+def test_gamma_begins_at_code_0_or_at_black_with_a_chord_or_without(way: float) -> None:
+    """Without a chord what is below black is bent the other way, and a code above it rises by
+    R^(1-g); with one, all codes near black rise by 0.018^(g-1)."""
+    black, exponent = 5.0, 0.8
+    dn = np.array([3.0, 4.9, 5.0, 5.1, 6.0, 90.0, 250.0])
+    origin = black if way else 0.0
+    x = (dn - origin) / (255.0 - origin)
+    curve = np.sign(x) * np.abs(x) ** exponent
+    if way == 1.0:
+        curve = np.where(x > 0.018, curve, x * 0.018 ** (exponent - 1.0))
+    image = np.tile(dn, (1, 4, 1)).astype(np.float32)
+    found = applied(Gamma(exponent=exponent, about_black=way), image, black_dn=black)
+    assert found[0, 0] == pytest.approx(origin + (255.0 - origin) * curve, abs=2e-3)
+
+
 def test_white_balance_multiplies_the_conversion_where_light_does_not() -> None:
     gains = np.array([1.5, 1.0, 2.0])
 

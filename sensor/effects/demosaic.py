@@ -42,9 +42,8 @@ class Demosaic(Effect):
         minimum=0.0,
         maximum=10.0,
         whole=True,
-        doc="0 in fractions; in whole numbers with halves 1 up, 2 to the even one, 3 down;"
-        " 4 in fractions of whole samples; of sixteenths 5 in fractions, 6 with the last halves up,"
-        " 7 and whole means; 8 to 10 the same of quarters",
+        doc="0 in fractions; in whole numbers with halves 1 up, 2 even, 3 down; 4 of whole samples;"
+        " of sixteenths 5, 6 halves up, 7 whole means; 8 to 10 of quarters",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:

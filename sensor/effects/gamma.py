@@ -16,6 +16,9 @@ from sensor.stream import Stream
 _TOE = 0.018
 """Part of the range up to which the curve is a straight line, as in ITU-R BT.709."""
 
+_NOTHING = 1e-12
+"""Part of the range that is none: a power needs a number above 0."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Gamma(Effect):
@@ -24,8 +27,9 @@ class Gamma(Effect):
         DN' = o + R x^g,    x = (DN - o) / R,    R = top - o;    a chord below x = 0.018
 
     where o is the black level. The chord keeps the slope finite there and lets noise below it pass.
-    A program that bends whole pictures knows of no black level: o is code 0, the black level is
-    bent as well, and there is no chord. Noise passes with the slope of the curve,
+    Where there is none, what is below black is bent the other way, and noise there grows without
+    bound as x^(g-1). A program that bends whole pictures knows of no black level: o is code 0, the
+    black level is bent as well, and there is no chord. Noise passes with the slope of the curve,
     sigma' = g x^(g-1) sigma, so that the photon transfer curve becomes
     variance = g^2 x^(2g-2) (k x + r^2) and is no straight line any more; a gain leaves it one.
     """
@@ -47,10 +51,10 @@ class Gamma(Effect):
         1.0,
         unit="1",
         minimum=0.0,
-        maximum=1.0,
+        maximum=2.0,
         whole=True,
-        starts=(1.0, 0.0),
-        doc="1 where the curve begins at the black level, 0 where it begins at code 0",
+        starts=(1.0, 0.0, 2.0),
+        doc="where the curve begins: 1 at the black level with a chord, 2 without, 0 at code 0",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -61,11 +65,15 @@ class Gamma(Effect):
         # figures are data, so that a new value compiles nothing
         number = dr.array_t(signal.backend.arrays.TensorXf)
         exponent = dr.opaque(number, self.exponent)
-        toe = _TOE if self.about_black else 0.0
-        slope = dr.opaque(number, _TOE ** (self.exponent - 1.0) if self.about_black else 0.0)
+        chord = self.about_black == 1
+        toe = _TOE if chord else 0.0
+        slope = dr.opaque(number, _TOE ** (self.exponent - 1.0) if chord else 0.0)
 
         def bent(value: Any) -> Any:
             x = (value - origin) * (1.0 / span)
+            if self.about_black == 2:
+                size = power(at_least(dr.abs(x), _NOTHING), exponent)
+                return origin + span * dr.select(x < 0.0, -size, size)
             curve = power(at_least(x, toe), exponent)
             return origin + span * dr.select(x > toe, curve, x * slope)
 
