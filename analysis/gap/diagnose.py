@@ -61,8 +61,9 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     other = counted(best, fit_half, scenery)
     if other is not best.base:
         best = refine(other, fit_half, scenery, effects)
-    scenery = as_shown(best, scenery)
-    best = refine(best.base, fit_half, scenery, effects)
+    if scenery.light.known:
+        scenery = as_shown(best, scenery)
+        best = refine(best.base, fit_half, scenery, effects)
     best = in_finer_codes(best, fit_half, scenery)
     return around(best.base, scenery, effects)
 

@@ -182,9 +182,8 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
     if twins.noise.max(axis=1).min() > CHANGING_DN2:
         repeated = np.array([key.statistic == REPEATED for key in twins.keys])
         frames = g * seen.frames * len(seen.shots)
-        errors[repeated & still] = (np.sqrt(np.maximum(off * frames, 1.0)) / frames / BEYOND_DOUBT)[
-            repeated & still
-        ]
+        of_repeats = np.sqrt(np.maximum(off * frames, 1.0)) / (BEYOND_DOUBT * frames)
+        errors = np.where(repeated & still, of_repeats, errors)
     return np.asarray(errors)
 
 
