@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from analysis.gap.calibrate.counting import counted
+from analysis.gap.calibrate.counting import counted, in_finer_codes
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined
 from analysis.gap.camera.twin import Scenery
@@ -64,9 +64,13 @@ def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
     if step.ends:
         return step
     base = counted(now, fit_half, model.scenery, enough=0.0)
-    if base is now.base:
+    again = (
+        in_finer_codes(now, fit_half, model.scenery)
+        if base is now.base
+        else refine(base, fit_half, model.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+    )
+    if again is now:
         return step
-    again = refine(base, fit_half, model.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
     recounted = _step(setting, choice, _around(again, model.scenery))
     return recounted if recounted.left.held.total < step.left.held.total else step
 
