@@ -22,7 +22,7 @@ from analysis.gap.camera.handles import (
 )
 from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
-from analysis.gap.look.comb import exponent, histograms, white_balance
+from analysis.gap.look.comb import curve, histograms, powered, white_balance
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.measure.signature import scaled, starts
@@ -126,10 +126,21 @@ def test_teeth_of_a_chart_are_no_comb(seed: int) -> None:
 
 
 @pytest.mark.parametrize("power", [0.8, 0.9])
-def test_the_exponent_of_whole_codes_is_read_from_their_comb(power: float) -> None:
-    found = exponent(counts(TOP_DN * (picture() / TOP_DN) ** power))
-    assert found == pytest.approx(power, abs=1e-3)
-    assert exponent(counts(picture())) is None
+@pytest.mark.parametrize("black_dn", [0.0, 4.3])
+def test_the_exponent_of_whole_codes_is_read_from_their_comb(power: float, black_dn: float) -> None:
+    """About code 0 or about a black level, of which the frames tell half a code less."""
+    found = curve(counts(powered(picture(), TOP_DN, black_dn, power)), black_dn - 0.5)
+    assert found is not None
+    assert found.exponent == pytest.approx(power, abs=3e-3)
+    assert found.origin_dn == pytest.approx(black_dn, abs=0.6)
+    assert bool(found.origin_dn) == bool(black_dn)
+
+
+def test_whole_codes_and_a_dark_have_no_curve() -> None:
+    """A dark is a narrow tooth by itself: curves that are flat at black have one there."""
+    assert curve(counts(picture()), 4.3) is None
+    darks = np.random.default_rng(4).normal(4.3, 0.6, picture().shape)
+    assert curve(counts(np.concatenate([picture(), darks])), 4.3) is None
 
 
 @pytest.mark.parametrize("bits", [0, 1, 2])

@@ -8,6 +8,7 @@ has its own: a gain of 1.2 leaves out every sixth code.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,12 @@ GAINS = np.round(np.arange(0.67, 2.0, 5e-4), 4)
 OFFSETS = np.arange(0.0, 2.0, 0.1)
 EXPONENTS = np.round(np.arange(0.3, 2.0, 2e-4), 4)
 
+COARSER = 5
+"""Of these powers every fifth is tried about a black level."""
+
+ORIGINS = np.arange(-0.6, 0.61, 0.15)
+"""Where a curve about black begins, from a first black level: noise that it bends moves that."""
+
 SLACK = 0.02
 """By how much less a comb may be like the histogram and still fit as well."""
 
@@ -61,6 +68,14 @@ patches of a chart have teeth of their own, and few codes are like some gain by 
 
 BENT_ALIKE = 0.45
 """The same of a power, whose teeth are few where it is steep; others have 0.3."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A power of all that is above an origin, in parts of what is between that and the top."""
+
+    exponent: float
+    origin_dn: float
 
 
 def histograms(
@@ -155,23 +170,44 @@ def _nothing(offset: float, gain: float) -> bool:
     return bool(min(beyond, gain - beyond) < AS_GOOD_AS_ZERO)
 
 
-def exponent(counts: Mapping[str, Floats]) -> float | None:
-    """Exponent of a power that bends whole codes of all channels; None without a comb of one.
+def curve(counts: Mapping[str, Floats], black_dn: float) -> Curve | None:
+    """The power that bends whole codes of all channels; None without a comb of one.
 
     Args:
         counts: histograms by channel.
+        black_dn: a first black level.
     """
     whole = np.sum(list(counts.values()), axis=0)
     if len(whole) > MOST_CODES:
         return None
-    top = len(whole) - 1
     teeth = _teeth(whole)
     if teeth is None:
         return None
-    codes = np.arange(len(whole))[:, None]
-    combs = _combs(top * (codes / top) ** EXPONENTS, len(whole))
-    alike, found = _fitting(teeth, EXPONENTS, combs, NEAR)
-    return found if alike > BENT_ALIKE else None
+    tried = [(0.0, EXPONENTS), *((black_dn + off, EXPONENTS[::COARSER]) for off in ORIGINS)]
+    found = [(*_power(teeth, len(whole), at, exponents), at) for at, exponents in tried]
+    alike, exponent, origin = max(found)
+    if alike < BENT_ALIKE:
+        return None
+    # code 0 is where whole pictures are bent, and one origin of many is as good by chance
+    if found[0][0] > alike - SLACK:
+        exponent, origin = found[0][1], 0.0
+    return Curve(exponent=exponent, origin_dn=origin)
+
+
+def _power(teeth: Teeth, size: int, origin: float, exponents: Floats) -> tuple[float, float]:
+    """How much a histogram is like the comb of a power about an origin, and its exponent."""
+    at, seen = teeth
+    # darks end in a tooth that is no curve's
+    beyond = at > origin + WINDOW if origin else at >= 0
+    teeth = at[beyond], seen[beyond]
+    curves = powered(np.arange(float(size))[:, None], size - 1, origin, exponents)
+    return _fitting(teeth, exponents, _combs(curves, size), NEAR)
+
+
+def powered(codes: Floats, top: float, origin: float, exponents: Floats | float) -> Floats:
+    """Codes whose part of the range above an origin is raised to a power, on either side of it."""
+    x = (codes - origin) / (top - origin)
+    return np.asarray(origin + (top - origin) * np.sign(x) * np.abs(x) ** exponents)
 
 
 Teeth = tuple[NDArray[np.intp], Floats]

@@ -15,7 +15,7 @@ from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.arithmetic import IN_FRACTIONS, arithmetic_of, rules_of
 from analysis.gap.look.chroma import shared_colours
-from analysis.gap.look.comb import exponent, histograms, white_balance
+from analysis.gap.look.comb import curve, histograms, white_balance
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
@@ -99,19 +99,24 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         black_dn=black_dn,
         arithmetic=arithmetic,
         white_balance=white_balance(counts, 2**bits) if coloured else None,
-        told=_told(keys, bits, counts),
+        told=_told(keys, bits, counts, black_dn),
     )
 
 
-def _told(keys: Sequence[Frames], bits: int, counts: Mapping[str, Floats]) -> dict[str, Told]:
+def _told(
+    keys: Sequence[Frames], bits: int, counts: Mapping[str, Floats], black_dn: float
+) -> dict[str, Told]:
     """Lost bits, the exponent of a curve behind the converter, the quality of JPEG, and how many
     pixels share a colour.
     """
     told: dict[str, Told] = {}
     if bits:
         told[BitTruncation.name] = Told(hints={"bits": float(bits)})
-    if (power := exponent(counts)) is not None:
-        told[Gamma.name] = Told(hints={"exponent": power, "about_black": 0.0})
+    if (bent := curve(counts, black_dn)) is not None:
+        # a comb says nothing of codes near black, where there may be a chord
+        where = {} if bent.origin_dn else {"about_black": 0.0}
+        hints = {"exponent": bent.exponent, **where}
+        told[Gamma.name] = Told(hints=hints, exact=not bent.origin_dn)
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
         told[Jpeg.name] = Told(hints={"quality": float(tables)})

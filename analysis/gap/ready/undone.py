@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.camera.base import Base
+from analysis.gap.look.comb import powered
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
 from analysis.gap.ready.hints import Told
@@ -29,7 +30,9 @@ def unbent(setting: Setting, told: Told) -> Base:
     """
     exponent = told.hints["exponent"]
     assert isinstance(exponent, float), "a curve is the same in all colours"
-    return _by_moments_of(setting, [_through(f, 1.0 / exponent) for f in setting.key_frames])
+    origin_dn = 0.0 if "about_black" in told.hints else setting.black_dn
+    straight = [_through(f, 1.0 / exponent, origin_dn) for f in setting.key_frames]
+    return _by_moments_of(setting, straight)
 
 
 def unmixed(setting: Setting, told: Told) -> Base:
@@ -60,8 +63,10 @@ def _by_moments_of(setting: Setting, frames: Sequence[Frames]) -> Base:
     return base
 
 
-def _through(frames: Frames, exponent: float) -> Frames:
-    """Frames with every code raised to a power of its part of the range, as whole codes again."""
-    top = frames.top_dn
-    codes = np.round(top * (np.arange(top + 1) / top) ** exponent)
+def _through(frames: Frames, exponent: float, origin_dn: float) -> Frames:
+    """Frames with all that a code is above an origin raised to a power of its part of the range, as
+    whole codes again.
+    """
+    codes = powered(np.arange(frames.top_dn + 1.0), frames.top_dn, origin_dn, exponent)
+    codes = np.clip(np.round(codes), 0, frames.top_dn)
     return dataclasses.replace(frames, dn=codes.astype(frames.dn.dtype)[frames.dn])
