@@ -51,6 +51,8 @@ COARSER = 5
 ORIGINS = np.arange(-0.6, 0.61, 0.15)
 """Where a curve about black begins, from a first black level: noise that it bends moves that."""
 
+FINER_ORIGINS = np.linspace(-0.1, 0.1, 5)
+
 SLACK = 0.02
 """By how much less a comb may be like the histogram and still fit as well."""
 
@@ -183,15 +185,17 @@ def curve(counts: Mapping[str, Floats], black_dn: float) -> Curve | None:
     teeth = _teeth(whole)
     if teeth is None:
         return None
-    tried = [(0.0, EXPONENTS), *((black_dn + off, EXPONENTS[::COARSER]) for off in ORIGINS)]
-    found = [(*_power(teeth, len(whole), at, exponents), at) for at, exponents in tried]
-    alike, exponent, origin = max(found)
-    if alike < BENT_ALIKE:
-        return None
+
+    def best(origins: Floats, exponents: Floats) -> tuple[float, float, float]:
+        return max((*_power(teeth, len(whole), float(at), exponents), float(at)) for at in origins)
+
+    about_zero = best(np.zeros(1), EXPONENTS)
+    _, near, origin = best(black_dn + ORIGINS, EXPONENTS[::COARSER])
+    nearly = EXPONENTS[np.abs(EXPONENTS - near) < NEAR]
+    about_black = best(origin + FINER_ORIGINS, nearly)
     # code 0 is where whole pictures are bent, and one origin of many is as good by chance
-    if found[0][0] > alike - SLACK:
-        exponent, origin = found[0][1], 0.0
-    return Curve(exponent=exponent, origin_dn=origin)
+    alike, exponent, origin = max(about_zero, (about_black[0] - SLACK, *about_black[1:]))
+    return Curve(exponent=exponent, origin_dn=origin) if alike > BENT_ALIKE else None
 
 
 def _power(teeth: Teeth, size: int, origin: float, exponents: Floats) -> tuple[float, float]:

@@ -115,8 +115,7 @@ def _told(
     if (bent := curve(counts, black_dn)) is not None:
         # a comb says nothing of codes near black, where there may be a chord
         where = {} if bent.origin_dn else {"about_black": 0.0}
-        hints = {"exponent": bent.exponent, **where}
-        told[Gamma.name] = Told(hints=hints, exact=not bent.origin_dn)
+        told[Gamma.name] = Told(hints={"exponent": bent.exponent, **where})
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
         told[Jpeg.name] = Told(hints={"quality": float(tables)})
