@@ -21,6 +21,7 @@ from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Frames, Pixels
+from sensor.interpolation import COUNTING
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +53,7 @@ class Base:
         dark_spread2: its variance over the photosites, in e-^2/s^2.
         dark_uneven: u of the law that it follows there; see `DarkShot`.
         clamp_e2: variance of what the pixels of a frame share, in e-^2: the clamp's own noise.
-        arithmetic: how the demosaicer counts; see `arithmetic_of`.
+        arithmetic: how the demosaicer counts, or the converter without one; see `arithmetic_of`.
         white_balance: of whole codes or sixteenths, behind it; None without. Gains, levels and
             variances above are those before it.
         blur_px2: variance by which the picture is softer than its light, along each axis.
@@ -221,6 +222,8 @@ def camera_of(base: Base, body: Body) -> Camera:
     }
     if body.pixels == "rgb8":
         values["demosaic"] = {"arithmetic": float(base.arithmetic)}
+    elif steps := COUNTING[base.arithmetic].steps:
+        values["quantization"] = {"steps": steps}
     black_dn = float(base.black_dn.mean())
     if np.ptp(base.black_dn) > 0:
         values["black_level_offset"] = {"offset_e": colours((base.black_dn - black_dn) / gain)}

@@ -23,6 +23,10 @@ FREE = np.inf
 """Prior of a way that nothing is known of."""
 
 SHADING_PRIOR = 0.01
+TINT_PRIOR = 0.005
+"""Of the same shading in one channel alone: filters and microlenses shade colours differently, by
+tenths of a percent where the lens is far away."""
+
 PANEL_PRIOR = 0.01
 LEVEL_PRIOR = 0.001
 """Of a shot's level against what the manifest states."""
@@ -80,6 +84,14 @@ def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
                 prior=SHADING_PRIOR,
                 images=functools.partial(_shaded, scenery, reference.grid, lamp, k),
             )
+            for c, channel in enumerate(base.channels if len(base.channels) > 1 else ()):
+                one = np.zeros_like(unit[lamp])
+                one[c] = unit[lamp][c]
+                yield LightWay(
+                    means=everywhere({lamp: one * of_blocks}),
+                    prior=TINT_PRIOR,
+                    images=functools.partial(_tinted, scenery, reference.grid, lamp, k, channel),
+                )
     for moved in (_across, _down, _scaled, _turned):
         images = {lamp: moved(rates[lamp]) for lamp in lamps}
         blocks = {
@@ -117,6 +129,20 @@ def _shaded(scenery: Scenery, grid: tuple[int, int], lamp: str, k: int) -> Image
     return {lamp: rate * _shadings(x, y)[k][..., None].astype(np.float32)}
 
 
+def _tinted(scenery: Scenery, grid: tuple[int, int], lamp: str, k: int, channel: str) -> Images:
+    """The same in one channel."""
+    return {
+        name: image * _alone(channel) for name, image in _shaded(scenery, grid, lamp, k).items()
+    }
+
+
+def _alone(channel: str) -> Rate:
+    """1 in one channel; a grey camera has all of them in one."""
+    if channel == "Y":
+        return np.ones(3, dtype=np.float32)
+    return np.asarray(np.eye(3, dtype=np.float32)["RGB".index(channel)])
+
+
 def _mask(panel: Panel, scenery: Scenery) -> Rate:
     mask = np.zeros((scenery.body.height, scenery.body.width, 3), dtype=np.float32)
     mask[panel.y : panel.y + panel.h, panel.x : panel.x + panel.w] = 1.0
@@ -124,10 +150,8 @@ def _mask(panel: Panel, scenery: Scenery) -> Rate:
 
 
 def _repainted(scenery: Scenery, lamps: list[str], panel: Panel, channel: str) -> Images:
-    """The light of a panel in one channel; a grey camera has all of them in one."""
-    mask = _mask(panel, scenery)
-    if channel != "Y":
-        mask = mask * np.eye(3, dtype=np.float32)["RGB".index(channel)]
+    """The light of a panel in one channel."""
+    mask = _mask(panel, scenery) * _alone(channel)
     return {lamp: scenery.light.rates[lamp] * mask for lamp in lamps}
 
 

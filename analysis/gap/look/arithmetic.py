@@ -71,11 +71,15 @@ def rules_of(told: int) -> tuple[int, ...]:
 def arithmetic_of(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -> int:
     """The arithmetic of a demosaicer, 0 (in fractions) where no rule in whole numbers holds.
 
+    Without a demosaicer it is the converter's: in what steps of a code it counts.
+
     Args:
-        stacks: frames of some shots, (n, H, W, 3); others have no demosaicer to ask.
+        stacks: frames of some shots, (n, H, W[, 3]).
         lattices: where the measured samples are.
     """
-    if not of_a_mosaic(lattices) or any(dn.ndim != 4 for dn in stacks):
+    if stacks[0].ndim != 4:
+        return _by_width(stacks, lattices)
+    if not of_a_mosaic(lattices):
         return IN_FRACTIONS
     pairs = [_means_of_two(inner(dn[:1])[0], one) for dn in stacks for one in lattices
              if one.channel != "G"]  # fmt: skip
@@ -113,10 +117,9 @@ def _by_width(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -> in
     agree, which those of a curve or of unequal steps do not.
     """
     off, size = np.zeros(2), np.zeros(2)
+    asked = [lattice for lattice in lattices if lattice.channel in "GY"]
     for dn in stacks:
-        greens = np.concatenate(
-            [one.of(dn[:FRAMES]).ravel() for one in lattices if one.channel == "G"]
-        )
+        greens = np.concatenate([one.of(dn[:FRAMES]).ravel() for one in asked])
         counts = np.bincount(greens).astype(np.float64)
         smooth = np.convolve(counts, SMOOTH, mode="same")
         often = np.flatnonzero(smooth[1:-1] > LEAST_COUNT) + 1

@@ -13,7 +13,7 @@ from analysis.gap.calibrate.darks import black_of
 from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
-from analysis.gap.look.arithmetic import IN_FRACTIONS, arithmetic_of, rules_of
+from analysis.gap.look.arithmetic import arithmetic_of, rules_of
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import curve, histograms, white_balance
 from analysis.gap.look.jpeg_tables import quality
@@ -87,7 +87,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         light=light_of(capture, stated, black_dn),
         shots=shots_of([f.shot for f in keys]),
         view=view,
-        rules=rules_of(arithmetic) if coloured else (IN_FRACTIONS,),
+        rules=rules_of(arithmetic) if coloured else (arithmetic,),
     )
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
     bits = empty_bits(keys, lattices)
