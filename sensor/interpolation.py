@@ -68,6 +68,7 @@ COUNTING = (
     Counting(steps=4.0),
     Counting(steps=4.0, up=True),
     Counting(steps=4.0, whole=_halves_up, up=True),
+    Counting(steps=64.0),
 )
 """By the arithmetic of `sensor.effects.demosaic`."""
 

@@ -64,7 +64,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     if scenery.light.known:
         scenery = as_shown(best, scenery)
         best = refine(best.base, fit_half, scenery, effects)
-    best = in_finer_codes(best, fit_half, scenery)
+    best = in_finer_codes(best, fit_half, scenery, setting.lit_counts)
     return around(best.base, scenery, effects)
 
 

@@ -24,8 +24,8 @@ class Demosaic(Effect):
     whole neighbours, and every other mean of two is a half, so that it matters where halves go.
     One whose converter gives whole numbers but that counts in fractions from there on rounds again
     behind everything: without further processing that is the same as halves to the even number. One
-    whose converter has two or four bits more than what leaves the camera counts in quarters or
-    sixteenths, as cameras of 10 or 12 bits do that give 8: what processing makes of them is a comb
+    whose converter has two, four or six bits more than what leaves the camera counts in quarters,
+    sixteenths or 64ths, as cameras of 10, 12 or 14 bits do that give 8: what processing makes of them is a comb
     of its own. Where it rounds behind everything, halves go to the even number, which then has 5
     quarters and its neighbours 3, or up; means may be whole numbers of these steps as well.
     """
@@ -40,10 +40,11 @@ class Demosaic(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=10.0,
+        maximum=11.0,
         whole=True,
         doc="0 in fractions; in whole numbers with halves 1 up, 2 even, 3 down; 4 of whole samples;"
-        " of sixteenths 5, 6 halves up, 7 whole means; 8 to 10 of quarters",
+        " of sixteenths 5, 6 halves up, 7 whole means; 8 to 10 of quarters;"
+        " 11 of 64ths",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.calibrate.refine import FAR, Refined, refine, refined
 from analysis.gap.camera.base import Base
@@ -19,14 +21,19 @@ from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import (
     FINER,
     IN_FRACTIONS,
-    OF_SIXTEENTHS,
+    OF_64THS,
     OF_SIXTEENTHS_UP,
     TO_EVEN,
     UP,
+    WIDE,
 )
+from analysis.gap.look.comb import finer_gain
 from analysis.gap.look.families import INTERPOLATION
 from analysis.gap.look.observation import Observation
 from sensor.effects.white_balance import WhiteBalance
+from sensor.interpolation import COUNTING
+
+Floats = NDArray[np.float64]
 
 UNEVEN = 3.5
 """Mean square of what is left of the histograms, in standard errors, that is no chance: of seven
@@ -34,6 +41,9 @@ figures it is one in a thousand times."""
 
 MOST_GAIN = 4.0
 """Of a white balance; what looks like more is none."""
+
+GAIN_ERROR = 0.01
+"""Standard deviation of a gain in parts of it, as photon transfer tells it."""
 
 LIKELIEST = 2
 """Ways of counting in finer codes that are calibrated: their black levels differ a little."""
@@ -73,22 +83,35 @@ def by_rule(base: Base, rule: int) -> Base:
     return dataclasses.replace(base, arithmetic=rule, black_dn=base.black_dn - raised)
 
 
-def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
+def in_finer_codes(
+    found: Refined, seen: Observation, scenery: Scenery, counts: Mapping[str, Floats]
+) -> Refined:
     """The camera with a converter of more bits than leave it, where that is why codes are uneven.
 
     Args:
         found: a calibrated camera.
         seen: the frames that fit.
         scenery: their light and shots.
+        counts: histograms of lit shots, by channel.
     """
-    # where more than the histograms is wrong, whatever makes them uneven as well may be the cause
-    if found.misfit > FAR or unevenness(found) < UNEVEN:
+    # where more than the histograms is wrong, whatever makes them uneven as well may be the cause,
+    # unless green tells of finer codes by itself
+    open_to_others = found.misfit > FAR and found.base.arithmetic not in WIDE
+    if open_to_others or unevenness(found) < UNEVEN:
         return found
-    ways = (refined(base, seen, scenery, found.effects) for base in finer(found.base, scenery))
-    likely = sorted(ways, key=unevenness)[:LIKELIEST]
+
+    def likeliest(bases: Iterable[Base]) -> list[Refined]:
+        against = (refined(base, seen, scenery, found.effects) for base in bases)
+        return sorted(against, key=unevenness)[:LIKELIEST]
+
+    # far from their black level the codes of darks say little of gains that a comb tells
+    likely = [
+        *likeliest(finer(found.base, scenery)),
+        *likeliest(by_combs(found.base, scenery, counts)),
+    ]
     tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
     best = min([found, *tried], key=unevenness)
-    if best is not found and best.base.white_balance is not None:
+    if best.base.gain_error:
         again = refine(balanced(best.base), seen, scenery, found.effects)
         best = min(best, again, key=unevenness)
     evener = unevenness(best) < EVENER * unevenness(found)
@@ -104,6 +127,33 @@ def balanced(base: Base) -> Base:
     """
     red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
     return base.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))
+
+
+def by_combs(base: Base, scenery: Scenery, counts: Mapping[str, Floats]) -> Iterator[Base]:
+    """The same camera with quarters of a code behind its converter, times gains that combs tell.
+
+    Args:
+        base: calibrated in whole codes.
+        scenery: its light and shots.
+        counts: histograms of lit shots, by channel.
+    """
+    if not multiplies(base, scenery):
+        return
+    relative = base.gain_dn_per_e / base.gain_dn_per_e[1]
+    red, blue = (
+        finer_gain(counts[base.channels[k]], QUARTERS, float(relative[k]), float(base.black_dn[k]))
+        for k in (0, 2)
+    )
+    if red is None or blue is None:
+        return
+    rules = [rule for rule in _finer_rules(base) if COUNTING[rule].steps == QUARTERS]
+    for rule, about_black in product(rules, (1.0, 0.0)):
+        gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)
+        yield by_rule(base.multiplied(gains), rule)
+
+
+QUARTERS = 4
+"""Steps of a code in which gains leave clear combs; those of sixteenths are lost in the picture."""
 
 
 def unevenness(found: Refined) -> float:
@@ -122,18 +172,36 @@ def unevenness(found: Refined) -> float:
 
 def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
     """The same camera with more bits until the last rounding; with and without gains there."""
-    whole = base.arithmetic not in (IN_FRACTIONS, *TO_EVEN)
-    if whole or OF_SIXTEENTHS not in scenery.rules or base.white_balance is not None:
+    rules = _finer_rules(base)
+    if scenery.body.pixels != "rgb8":
+        # halves up move all codes alike, and nobody multiplies a mosaic
+        if base.arithmetic == IN_FRACTIONS:
+            yield by_rule(base, OF_64THS)
         return
-    # how wide even codes are is told where it can be
-    rules = FINER if base.arithmetic == IN_FRACTIONS else (base.arithmetic,)
     for rule in rules:
         if rule not in (base.arithmetic, OF_SIXTEENTHS_UP):
             yield by_rule(base, rule)
-    red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
-    if not all(1 / MOST_GAIN < gain < MOST_GAIN for gain in (red, blue)):
+    if not multiplies(base, scenery):
         return
+    red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
     for about_black in (1.0, 0.0):
         gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)
         for rule in rules:
-            yield by_rule(base.multiplied(gains), rule)
+            multiplied = dataclasses.replace(base.multiplied(gains), gain_error=GAIN_ERROR)
+            yield by_rule(multiplied, rule)
+
+
+def _finer_rules(base: Base) -> tuple[int, ...]:
+    """Ways of counting in finer codes that a camera may have."""
+    if base.arithmetic not in (IN_FRACTIONS, *TO_EVEN) or base.white_balance is not None:
+        return ()
+    # how wide even codes are is told where it can be
+    return FINER if base.arithmetic == IN_FRACTIONS else (base.arithmetic,)
+
+
+def multiplies(base: Base, scenery: Scenery) -> bool:
+    """Whether colours may differ by gains behind a converter that is the same for all of them."""
+    if scenery.body.pixels != "rgb8" or base.white_balance is not None:
+        return False
+    relative = base.gain_dn_per_e / base.gain_dn_per_e[1]
+    return bool(np.all((relative > 1 / MOST_GAIN) & (relative < MOST_GAIN)))

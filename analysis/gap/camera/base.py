@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.arithmetic import FINER
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -29,9 +28,6 @@ Floats = NDArray[np.float64]
 MOST_DARK_E_PER_S = 9e4
 MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
-
-GAIN_ERROR = 0.01
-"""Standard deviation of a gain of sixteenths, as photon transfer tells it."""
 
 FEWEST_BLACK = 25
 """Optically black pixels that a clamp averages at least."""
@@ -56,6 +52,7 @@ class Base:
         arithmetic: how the demosaicer counts, or the converter without one; see `arithmetic_of`.
         white_balance: of whole codes or sixteenths, behind it; None without. Gains, levels and
             variances above are those before it.
+        gain_error: standard deviation of its gains in parts of them; none where a comb tells them.
         blur_px2: variance by which the picture is softer than its light, along each axis.
         level: electrons per unit of the light, by lamp, each per channel.
     """
@@ -73,6 +70,7 @@ class Base:
     clamp_e2: float
     arithmetic: int
     white_balance: WhiteBalance | None
+    gain_error: float = 0.0
     blur_px2: float
     level: Mapping[str, Floats]
 
@@ -151,14 +149,16 @@ class Base:
 
     def of_body(self, seed: int) -> Base:
         """The base with gains that nobody knows exactly: where finer codes are multiplied, a
-        thousandth of a gain is another comb. Those of whole codes are told by theirs.
+        thousandth of a gain is another comb.
 
         Args:
             seed: of the camera body.
         """
-        if self.white_balance is None or self.arithmetic not in FINER:
+        if self.white_balance is None or not self.gain_error:
             return self
-        red, blue = map(float, 1.0 + GAIN_ERROR * np.random.default_rng(seed).standard_normal(2))
+        red, blue = map(
+            float, 1.0 + self.gain_error * np.random.default_rng(seed).standard_normal(2)
+        )
         return self.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))
 
     @property

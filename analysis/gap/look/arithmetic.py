@@ -31,8 +31,13 @@ OF_SIXTEENTHS_UP = 6
 OF_QUARTERS = 8
 """In fractions behind a converter with two more bits; the last halves go to the even number."""
 
-TO_EVEN = {OF_SIXTEENTHS: 1 / 16, OF_QUARTERS: 1 / 4}
-"""Finer steps with the last halves to the even number, and by how much even codes are wider."""
+OF_64THS = 11
+"""The same with six more bits."""
+
+WIDE = {OF_SIXTEENTHS: 1 / 16, OF_QUARTERS: 1 / 4}
+TO_EVEN = {**WIDE, OF_64THS: 1 / 64}
+"""Finer steps with the last halves to the even number, and by how much even codes are wider; of 64
+so little that only twins can tell it from the picture's own unevenness."""
 
 UP = {OF_SIXTEENTHS_UP: 1 / 32, 7: 1 / 32, 9: 1 / 8, 10: 1 / 8}
 """Finer steps with the last halves up, and by how much that raises all codes: they are equally
@@ -62,7 +67,7 @@ def rules_of(told: int) -> tuple[int, ...]:
     """
     if told == IN_FRACTIONS:
         # where halves go is lost in what hides the rule
-        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, *TO_EVEN)
+        return (IN_FRACTIONS, *RULES, OF_WHOLE_SAMPLES, *WIDE)
     if told in TO_EVEN:
         return (told, IN_FRACTIONS)
     return (told, OF_WHOLE_SAMPLES) if told == HALVES_TO_EVEN else (told,)
@@ -129,7 +134,7 @@ def _by_width(stacks: Sequence[NDArray[Any]], lattices: Sequence[Lattice]) -> in
         for half, at in enumerate(np.array_split(np.arange(len(often)), 2)):
             off[half] += wider[at].sum()
             size[half] += smooth[often][at].sum()
-    for rule, wide in TO_EVEN.items():
+    for rule, wide in WIDE.items():
         alike = np.abs(off - wide * size) < LIKE * wide * size
         if alike.all() and (off > CLEAR * np.sqrt(size)).all():
             return rule

@@ -46,6 +46,7 @@ class Setting:
         arithmetic: how the demosaicer counts; see `arithmetic_of`.
         white_balance: of whole codes; None where they have no comb of one.
         told: parameters of suspects that whole codes tell, by name of the effect.
+        lit_counts: histograms of the lit shots, by channel.
     """
 
     capture: Capture
@@ -56,6 +57,7 @@ class Setting:
     arithmetic: int
     white_balance: WhiteBalance | None
     told: Mapping[str, Told]
+    lit_counts: Mapping[str, Floats]
 
     @property
     def key_frames(self) -> list[Frames]:
@@ -100,6 +102,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         arithmetic=arithmetic,
         white_balance=white_balance(counts, 2**bits) if coloured else None,
         told=_told(keys, bits, counts, black_dn),
+        lit_counts=histograms([f.dn for f in keys if not f.shot.dark], lattices, first.top_dn),
     )
 
 
