@@ -327,6 +327,15 @@ def test_quantization_adds_a_twelfth_and_not_a_bias() -> None:
     )
 
 
+@pytest.mark.parametrize("steps", [4, 16])
+def test_bits_that_are_dropped_make_even_codes_wider(steps: int) -> None:
+    """n steps in a code, and halves to the even one: even codes are (n + 1) / 2n of all."""
+    read = ReadNoise(reset_e=0, thermal_e=6, other_e=0)
+    codes = simulate(camera(read, Quantization(steps=float(steps))), LIT, rates()).numpy()
+    even, n = float(np.mean(codes % 2 == 0)), codes.size
+    assert_agree(even, (steps + 1) / (2 * steps), math.sqrt(1 / 4 / n))
+
+
 def test_single_precision_is_enough() -> None:
     """Bias of the chain against double precision, at the largest signals of an 8-bit camera."""
     cam = camera(Fpn(sigma_e=50), Prnu(ratio=0.02), gain_dn_per_e=Colours.of(1 / 66))

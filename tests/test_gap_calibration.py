@@ -24,7 +24,6 @@ from analysis.gap.calibrate.darks import (
 from analysis.gap.calibrate.space import Space, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base
-from analysis.gap.look.arithmetic import OF_SIXTEENTHS
 from analysis.gap.look.observation import Key, Observation
 from analysis.gap.measure.distance import Yardstick
 from analysis.gap.measure.measured import errors_of
@@ -250,16 +249,16 @@ def plain() -> Base:
 @pytest.mark.parametrize("about_black", [0.0, 1.0])
 def test_gains_behind_the_converter_leave_frames_as_they_were(about_black: float) -> None:
     """DN' = o + k (DN - o) gives gain, noise and black level back, once and on top of others; the
-    gains of a body are its own where sixteenths are multiplied, and those of whole codes are not.
+    gains of a body are its own where nobody knows them exactly.
     """
     base = plain()
     first = WhiteBalance(red_gain=1.1, blue_gain=1.2, about_black=about_black)
     more = WhiteBalance(red_gain=1.05, blue_gain=0.9)
     of_whole_codes = base.multiplied(first).multiplied(more)
-    of_sixteenths = dataclasses.replace(of_whole_codes, arithmetic=OF_SIXTEENTHS)
-    a_body = of_sixteenths.of_body(3)
+    unsure = dataclasses.replace(of_whole_codes, gain_error=0.01)
+    a_body = unsure.of_body(3)
     assert of_whole_codes.of_body(3) is of_whole_codes
-    assert a_body.white_balance != of_sixteenths.white_balance
+    assert a_body.white_balance != unsure.white_balance
     for one in (of_whole_codes, a_body):
         gains = one.white_balance
         assert gains is not None

@@ -11,6 +11,7 @@ import pytest
 from scipy import ndimage
 
 from analysis.gap.calibrate.fit import around
+from analysis.gap.camera import light_ways
 from analysis.gap.diagnose import calibrated, diagnose
 from analysis.gap.look.arithmetic import OF_QUARTERS
 from analysis.gap.measure.measured import measured
@@ -221,6 +222,17 @@ def test_light_that_is_shaded_otherwise_than_was_stated_is_no_gap() -> None:
     stated = dataclasses.replace(known.scenery.light, shown=None)
     by_it = around(known.base, dataclasses.replace(known.scenery, light=stated))
     assert measured(by_it, setting.seen).whole.p_by_family["codes"] < 1e-6
+
+
+def test_light_that_is_tinted_over_the_field_is_no_gap(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Red that falls by 2 % from one side to the other, and blue that rises: no gap, but where
+    calibration knows of no such light."""
+    slope = 0.01 * np.linspace(-1, 1, WIDTH)[None, :, None] * np.array([-1.0, 0.0, 1.0])
+    setting = of_another_program(LONG_DARK, whole=False, shading=1.0 + slope)
+    assert measured(calibrated(setting, None), setting.seen).whole.p_value > 1e-3
+    monkeypatch.setattr(light_ways, "TINT_PRIOR", 1e-9)
+    grey = measured(calibrated(setting, None), setting.seen).whole
+    assert grey.p_by_family["mean image"] < 1e-6
 
 
 def test_dark_current_that_differs_between_photosites_is_part_of_the_base() -> None:

@@ -267,6 +267,14 @@ def test_finer_steps_are_told_by_how_wide_even_codes_are(steps: int | None, rule
         frames = Frames(dn=codes.astype(np.uint8), shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
         return arithmetic_of([frames.dn], lattices_of(Capture(camera="x", frames=(frames,))))
 
+    mosaic = Frames(
+        dn=np.round(raw).astype(np.uint8),
+        shot=Shot(label="a", light=("lamp",), exposure_s=0.01, frames=6),
+        pixels="bayer8",
+        bits=8,
+        cfa="RGGB",
+    )
+    assert arithmetic_of([mosaic.dn], lattices_of(Capture(camera="x", frames=(mosaic,)))) == rule
     assert told(np.round(filled)) == rule
     assert told(np.floor(filled + 0.5)) == IN_FRACTIONS
     bent = 255 * (filled / 255) ** 0.9
