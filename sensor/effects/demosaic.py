@@ -25,9 +25,10 @@ class Demosaic(Effect):
     One whose converter gives whole numbers but that counts in fractions from there on rounds again
     behind everything: without further processing that is the same as halves to the even number. One
     whose converter has two, four or six bits more than what leaves the camera counts in quarters,
-    sixteenths or 64ths, as cameras of 10, 12 or 14 bits do that give 8: what processing makes of them is a comb
-    of its own. Where it rounds behind everything, halves go to the even number, which then has 5
-    quarters and its neighbours 3, or up; means may be whole numbers of these steps as well.
+    sixteenths or 64ths, as cameras of 10, 12 or 14 bits do that give 8: what processing makes of
+    them is a comb of its own. Where it rounds behind everything, halves go to the even number,
+    which then has 5 quarters and its neighbours 3, or up; means may be whole numbers of these steps
+    as well.
     """
 
     name: ClassVar[str] = "demosaic"

@@ -51,6 +51,9 @@ LIKELIEST = 2
 EVENER = 0.5
 """Part of the unevenness that finer codes leave where they are its cause."""
 
+A_LITTLE = 0.1
+"""Part of the variance of fixed offsets."""
+
 NO_WORSE = 1.1
 """Times chi-squared that they may leave of all figures: their twins are others."""
 
@@ -101,7 +104,7 @@ def in_finer_codes(
         return found
 
     def likeliest(bases: Iterable[Base]) -> list[Refined]:
-        against = (refined(base, seen, scenery, found.effects) for base in bases)
+        against = (refined(reopened(base, scenery), seen, scenery, found.effects) for base in bases)
         return sorted(against, key=unevenness)[:LIKELIEST]
 
     # far from their black level the codes of darks say little of gains that a comb tells
@@ -127,6 +130,17 @@ def balanced(base: Base) -> Base:
     """
     red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
     return base.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))
+
+
+def reopened(base: Base, scenery: Scenery) -> Base:
+    """The camera whose dark currents may differ between photosites: by codes of another width they
+    seem not to, and what is 0 is no knob.
+    """
+    exposures = {shot.exposure_s for shot in scenery.shots}
+    if base.dark_spread2 > 0 or len(exposures) < 2:
+        return base
+    offsets_e2 = float(np.mean(base.fpn_dn2 / np.square(base.gain_dn_per_e)))
+    return dataclasses.replace(base, dark_spread2=A_LITTLE * offsets_e2 / max(exposures) ** 2)
 
 
 def by_combs(base: Base, scenery: Scenery, counts: Mapping[str, Floats]) -> Iterator[Base]:

@@ -198,7 +198,9 @@ def refine(
             continue
         slow = slow + 1 if best.deviance - next_one.deviance < _least_fall(best) else 0
         best = next_one
-        if slow > (PATIENCE if best.misfit > FAR else 0):
+        # a few figures that are off are little of a whole that fits, and one more step mends them
+        nearly = best.misfit <= FITS and promising(best)
+        if slow > (PATIENCE if best.misfit > FAR else 0) and not nearly:
             break
         if best.misfit > FITS and best.chi2 < A_LONG_WAY * read_at.chi2:
             ways, read_at = _directions(best, scenery), best

@@ -83,7 +83,7 @@ FARTHEST = 0.2
 """Part of a gain, as photon transfer tells it, by which converters of colours may differ."""
 
 PHASES = 10
-"""Of a comb, from tooth to tooth."""
+"""Of a comb, from tooth to tooth; and parts of a step in which a gain is told."""
 
 LIKE_A_FINER = 0.5
 """Correlation of a histogram with the comb of the gain that it has: 0.6 to 0.95 where this was
@@ -177,17 +177,23 @@ def finer_gain(counts: Floats, steps: float, about: float, black_dn: float) -> f
         return None
     error = np.sqrt(1.0 / smooth[at] + OF_ITSELF**2)
     seen = (counts[at] / smooth[at] - 1.0) / error
-    gains = np.arange(1.0 - FARTHEST, 1.0 + FARTHEST, GAIN_STEP / about) * about
     whole = np.arange(len(counts) * steps)[:, None] / steps
-    alike = np.zeros(len(gains))
-    for phase in np.arange(PHASES) / PHASES:
-        taken = _taken((whole + phase / steps) * gains, len(counts))
-        comb = taken / np.maximum(ndimage.convolve1d(taken, SHORT, axis=0), 1e-9) - 1.0
-        comb = comb[at] / error[:, None]
-        norm = np.sqrt(np.square(comb).sum(axis=0) * np.square(seen).sum())
-        alike = np.maximum(alike, seen @ comb / np.maximum(norm, 1e-9))
-    best = int(np.argmax(alike))
-    return float(gains[best]) if alike[best] > LIKE_A_FINER else None
+
+    def best(gains: Floats) -> tuple[float, float]:
+        alike = np.zeros(len(gains))
+        for phase in np.arange(PHASES) / PHASES:
+            taken = _taken((whole + phase / steps) * gains, len(counts))
+            comb = taken / np.maximum(ndimage.convolve1d(taken, SHORT, axis=0), 1e-9) - 1.0
+            comb = comb[at] / error[:, None]
+            norm = np.sqrt(np.square(comb).sum(axis=0) * np.square(seen).sum())
+            alike = np.maximum(alike, seen @ comb / np.maximum(norm, 1e-9))
+        return float(alike.max()), float(gains[np.argmax(alike)])
+
+    reach = np.arange(-FARTHEST * about, FARTHEST * about, GAIN_STEP)
+    alike, gain = best(about + reach)
+    if alike < LIKE_A_FINER:
+        return None
+    return best(gain + np.linspace(-GAIN_STEP, GAIN_STEP, 1 + 2 * PHASES))[1]
 
 
 def _first(counts: Floats) -> int:
