@@ -22,7 +22,14 @@ from analysis.gap.camera.handles import (
 )
 from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
-from analysis.gap.look.comb import curve, finer_gain, histograms, powered, white_balance
+from analysis.gap.look.comb import (
+    curve,
+    finer_gain,
+    histograms,
+    of_finer_codes,
+    powered,
+    white_balance,
+)
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.measure.signature import scaled, starts
@@ -63,7 +70,9 @@ def counts(codes: np.ndarray) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize(("red", "blue"), [(1.2, 0.85), (1.6, 1.33), (1.0, 0.7)])
 def test_gains_of_whole_codes_are_read_from_their_combs(red: float, blue: float) -> None:
-    found = white_balance(counts(picture() * np.array([red, 1.0, blue])))
+    codes = counts(picture() * np.array([red, 1.0, blue]))
+    assert not of_finer_codes(codes, 4, 0.0)
+    found = white_balance(codes)
     assert found is not None
     assert (found.red_gain, found.blue_gain, found.about_black) == (red, blue, 0.0)
 
@@ -152,10 +161,12 @@ def test_a_gain_of_quarters_is_read_from_its_comb(gain: float) -> None:
     quarters = np.round(4 * signal) / 4
     balanced = black_dn + (quarters - black_dn) * np.array([gain, 1.0, 1.0])
     codes = counts(np.floor(balanced + 0.5))
-    found = finer_gain(codes["R"], 4, 1.08 * gain, black_dn)
+    origins_dn = black_dn + np.linspace(-0.1, 0.1, 5)
+    found = finer_gain(codes["R"], 4, 1.08 * gain, black_dn, origins_dn)
     assert found == pytest.approx(gain, abs=5e-4)
+    assert of_finer_codes(codes, 4, black_dn)
     of_fractions = counts(signal * np.array([gain, 1.0, 1.0]))
-    assert finer_gain(of_fractions["R"], 4, gain, black_dn) is None
+    assert finer_gain(of_fractions["R"], 4, gain, black_dn, origins_dn) is None
 
 
 @pytest.mark.parametrize("bits", [0, 1, 2])

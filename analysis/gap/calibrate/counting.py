@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,7 @@ from analysis.gap.look.arithmetic import (
     UP,
     WIDE,
 )
-from analysis.gap.look.comb import finer_gain
+from analysis.gap.look.comb import NEAR_BLACK, QUARTERS, finer_gain
 from analysis.gap.look.families import INTERPOLATION
 from analysis.gap.look.observation import Observation
 from sensor.effects.white_balance import WhiteBalance
@@ -97,11 +96,11 @@ def in_finer_codes(
         scenery: their light and shots.
         counts: histograms of lit shots, by channel.
     """
-    # where more than the histograms is wrong, whatever makes them uneven as well may be the cause,
-    # unless green tells of finer codes by itself
-    open_to_others = found.misfit > FAR and found.base.arithmetic not in WIDE
-    if open_to_others or unevenness(found) < UNEVEN:
+    if unevenness(found) < UNEVEN:
         return found
+    # where more than the histograms is wrong, whatever makes them uneven as well may be the cause,
+    # unless codes tell of finer ones by themselves
+    told = found.misfit <= FAR or found.base.arithmetic in WIDE
 
     def likeliest(bases: Iterable[Base]) -> list[Refined]:
         against = (refined(reopened(base, scenery), seen, scenery, found.effects) for base in bases)
@@ -109,7 +108,7 @@ def in_finer_codes(
 
     # far from their black level the codes of darks say little of gains that a comb tells
     likely = [
-        *likeliest(finer(found.base, scenery)),
+        *likeliest(finer(found.base, scenery) if told else ()),
         *likeliest(by_combs(found.base, scenery, counts)),
     ]
     tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
@@ -154,20 +153,19 @@ def by_combs(base: Base, scenery: Scenery, counts: Mapping[str, Floats]) -> Iter
     if not multiplies(base, scenery):
         return
     relative = base.gain_dn_per_e / base.gain_dn_per_e[1]
-    red, blue = (
-        finer_gain(counts[base.channels[k]], QUARTERS, float(relative[k]), float(base.black_dn[k]))
-        for k in (0, 2)
-    )
-    if red is None or blue is None:
-        return
     rules = [rule for rule in _finer_rules(base) if COUNTING[rule].steps == QUARTERS]
-    for rule, about_black in product(rules, (1.0, 0.0)):
+    for about_black, origins_dn in ((1.0, base.black_dn[1] + NEAR_BLACK), (0.0, np.zeros(1))):
+        red, blue = (
+            finer_gain(counts[channel], QUARTERS, float(gain), float(black_dn), origins_dn)
+            for channel, gain, black_dn in list(
+                zip(base.channels, relative, base.black_dn, strict=True)
+            )[::2]
+        )
+        if red is None or blue is None:
+            continue
         gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)
-        yield by_rule(base.multiplied(gains), rule)
-
-
-QUARTERS = 4
-"""Steps of a code in which gains leave clear combs; those of sixteenths are lost in the picture."""
+        for rule in rules:
+            yield by_rule(base.multiplied(gains), rule)
 
 
 def unevenness(found: Refined) -> float:

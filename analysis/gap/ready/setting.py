@@ -15,7 +15,7 @@ from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.arithmetic import arithmetic_of, rules_of
 from analysis.gap.look.chroma import shared_colours
-from analysis.gap.look.comb import curve, histograms, white_balance
+from analysis.gap.look.comb import QUARTERS, curve, histograms, of_finer_codes, white_balance
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
@@ -92,7 +92,11 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         rules=rules_of(arithmetic) if coloured else (arithmetic,),
     )
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
+    lit_counts = histograms([f.dn for f in keys if not f.shot.dark], lattices, first.top_dn)
     bits = empty_bits(keys, lattices)
+    balance = white_balance(counts, 2**bits) if coloured else None
+    if balance is not None and not bits and of_finer_codes(lit_counts, QUARTERS, black_dn):
+        balance = None
     return Setting(
         capture=capture,
         plan=chosen,
@@ -100,9 +104,9 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         arithmetic=arithmetic,
-        white_balance=white_balance(counts, 2**bits) if coloured else None,
+        white_balance=balance,
         told=_told(keys, bits, counts, black_dn),
-        lit_counts=histograms([f.dn for f in keys if not f.shot.dark], lattices, first.top_dn),
+        lit_counts=lit_counts,
     )
 
 
