@@ -45,6 +45,10 @@ STUCK = 0.03
 STUCK_OF_EXCESS = 0.1
 """The same of what chi-squared has beyond that: a misfit in few figures is little of the whole."""
 
+WORTH_A_STEP = 30.0
+"""Fall of chi-squared that directions promise, of a model that fits, from which one more step is
+made: by chance it is about the number of knobs at most, and ten where nothing is off."""
+
 LEAST_FALL = 0.005
 """Part of chi-squared that no step is worth, wherever it is."""
 
@@ -176,9 +180,12 @@ def refine(
             base = as_bright(base, point, seen, scenery)
         return refined(base, seen, scenery, tuple(moved_on))
 
-    def promising(point: Refined) -> bool:
+    def promise(point: Refined) -> float:
         left = calibration(point.space, ways).left(point.gap)
-        return point.chi2 - float(left @ left) > STUCK * point.chi2
+        return point.chi2 - float(left @ left)
+
+    def promising(point: Refined) -> bool:
+        return promise(point) > STUCK * point.chi2
 
     def downhill(point: Refined) -> Refined | None:
         parts = (1.0, *SHORTER) if promising(point) else (1.0,)
@@ -199,7 +206,7 @@ def refine(
         slow = slow + 1 if best.deviance - next_one.deviance < _least_fall(best) else 0
         best = next_one
         # a few figures that are off are little of a whole that fits, and one more step mends them
-        nearly = best.misfit <= FITS and promising(best)
+        nearly = best.misfit <= FITS and promise(best) > WORTH_A_STEP
         if slow > (PATIENCE if best.misfit > FAR else 0) and not nearly:
             break
         if best.misfit > FITS and best.chi2 < A_LONG_WAY * read_at.chi2:
