@@ -24,8 +24,9 @@ FREE = np.inf
 
 SHADING_PRIOR = 0.01
 TINT_PRIOR = 0.005
-"""Of the same shading in one channel alone: filters and microlenses shade colours differently, by
-tenths of a percent where the lens is far away."""
+TINTS = ((1.0, -0.5, -0.5), (0.0, 1.0, -1.0))
+"""Of the same shading in one colour against others: filters and microlenses shade them differently,
+by tenths of a percent where the lens is far away."""
 
 PANEL_PRIOR = 0.01
 LEVEL_PRIOR = 0.001
@@ -84,13 +85,11 @@ def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
                 prior=SHADING_PRIOR,
                 images=functools.partial(_shaded, scenery, reference.grid, lamp, k),
             )
-            for c, channel in enumerate(base.channels if len(base.channels) > 1 else ()):
-                one = np.zeros_like(unit[lamp])
-                one[c] = unit[lamp][c]
+            for tint in map(np.array, TINTS if len(base.channels) > 1 else ()):
                 yield LightWay(
-                    means=everywhere({lamp: one * of_blocks}),
+                    means=everywhere({lamp: tint[:, None] * unit[lamp] * of_blocks}),
                     prior=TINT_PRIOR,
-                    images=functools.partial(_tinted, scenery, reference.grid, lamp, k, channel),
+                    images=functools.partial(_shaded, scenery, reference.grid, lamp, k, tint),
                 )
     for moved in (_across, _down, _scaled, _turned):
         images = {lamp: moved(rates[lamp]) for lamp in lamps}
@@ -116,7 +115,9 @@ def _shadings(x: Floats, y: Floats) -> tuple[Floats, ...]:
     return x, y, x * x, x * y, y * y
 
 
-def _shaded(scenery: Scenery, grid: tuple[int, int], lamp: str, k: int) -> Images:
+def _shaded(
+    scenery: Scenery, grid: tuple[int, int], lamp: str, k: int, tint: Floats | float = 1.0
+) -> Images:
     """The light of a lamp times the k-th shading, which is 1 in the middle of the last block."""
     pitch_px = scenery.view.side * scenery.view.lattices[0].step
 
@@ -126,21 +127,7 @@ def _shaded(scenery: Scenery, grid: tuple[int, int], lamp: str, k: int) -> Image
 
     rate = scenery.light.rates[lamp]
     y, x = np.meshgrid(along(rate.shape[0], grid[0]), along(rate.shape[1], grid[1]), indexing="ij")
-    return {lamp: rate * _shadings(x, y)[k][..., None].astype(np.float32)}
-
-
-def _tinted(scenery: Scenery, grid: tuple[int, int], lamp: str, k: int, channel: str) -> Images:
-    """The same in one channel."""
-    return {
-        name: image * _alone(channel) for name, image in _shaded(scenery, grid, lamp, k).items()
-    }
-
-
-def _alone(channel: str) -> Rate:
-    """1 in one channel; a grey camera has all of them in one."""
-    if channel == "Y":
-        return np.ones(3, dtype=np.float32)
-    return np.asarray(np.eye(3, dtype=np.float32)["RGB".index(channel)])
+    return {lamp: np.asarray(rate * np.float32(_shadings(x, y)[k][..., None] * tint))}
 
 
 def _mask(panel: Panel, scenery: Scenery) -> Rate:
@@ -150,8 +137,10 @@ def _mask(panel: Panel, scenery: Scenery) -> Rate:
 
 
 def _repainted(scenery: Scenery, lamps: list[str], panel: Panel, channel: str) -> Images:
-    """The light of a panel in one channel."""
-    mask = _mask(panel, scenery) * _alone(channel)
+    """The light of a panel in one channel; a grey camera has all of them in one."""
+    mask = _mask(panel, scenery)
+    if channel != "Y":
+        mask = mask * np.eye(3, dtype=np.float32)["RGB".index(channel)]
     return {lamp: scenery.light.rates[lamp] * mask for lamp in lamps}
 
 
