@@ -22,16 +22,12 @@ from analysis.gap.camera.handles import (
 )
 from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
-from analysis.gap.look.comb import (
-    curve,
-    finer_gain,
-    histograms,
-    of_finer_codes,
-    powered,
-    white_balance,
-)
+from analysis.gap.look.comb import histograms
+from analysis.gap.look.curve import curve, powered
+from analysis.gap.look.finer_gains import finer_gain, of_finer_codes
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
+from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.measure.signature import scaled, starts
 from analysis.gap.ready.full_well import full_well_e, level_of_full
 from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz

@@ -26,8 +26,8 @@ from analysis.gap.look.arithmetic import (
     UP,
     WIDE,
 )
-from analysis.gap.look.comb import NEAR_BLACK, QUARTERS, finer_gain
 from analysis.gap.look.families import INTERPOLATION
+from analysis.gap.look.finer_gains import NEAR_BLACK, QUARTERS, finer_gain
 from analysis.gap.look.observation import Observation
 from sensor.effects.white_balance import WhiteBalance
 from sensor.interpolation import COUNTING
@@ -153,14 +153,11 @@ def by_combs(base: Base, scenery: Scenery, counts: Mapping[str, Floats]) -> Iter
     if not multiplies(base, scenery):
         return
     relative = base.gain_dn_per_e / base.gain_dn_per_e[1]
+    black_dn = float(base.black_dn[1])
     rules = [rule for rule in _finer_rules(base) if COUNTING[rule].steps == QUARTERS]
-    for about_black, origins_dn in ((1.0, base.black_dn[1] + NEAR_BLACK), (0.0, np.zeros(1))):
-        red, blue = (
-            finer_gain(counts[channel], QUARTERS, float(gain), float(black_dn), origins_dn)
-            for channel, gain, black_dn in list(
-                zip(base.channels, relative, base.black_dn, strict=True)
-            )[::2]
-        )
+    for about_black, origins_dn in ((1.0, black_dn + NEAR_BLACK), (0.0, np.zeros(1))):
+        red = finer_gain(counts["R"], QUARTERS, float(relative[0]), black_dn, origins_dn)
+        blue = finer_gain(counts["B"], QUARTERS, float(relative[2]), black_dn, origins_dn)
         if red is None or blue is None:
             continue
         gains = WhiteBalance(red_gain=red, blue_gain=blue, about_black=about_black)

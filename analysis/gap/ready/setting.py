@@ -15,12 +15,15 @@ from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.arithmetic import arithmetic_of, rules_of
 from analysis.gap.look.chroma import shared_colours
-from analysis.gap.look.comb import QUARTERS, curve, histograms, of_finer_codes, white_balance
+from analysis.gap.look.comb import histograms
+from analysis.gap.look.curve import curve
+from analysis.gap.look.finer_gains import QUARTERS, of_finer_codes
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import Plan, plan, stack_of
+from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.ready.hints import Told, empty_bits
 from render.rate import RateImage
 from sensor.effects.bit_truncation import BitTruncation
