@@ -112,12 +112,14 @@ def in_finer_codes(
         *likeliest(by_combs(found.base, scenery, counts)),
     ]
     tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
-    best = min([found, *tried], key=unevenness)
+    best = min([found, *likely, *tried], key=unevenness)
     if best.base.gain_error:
         again = refine(balanced(best.base), seen, scenery, found.effects)
         best = min(best, again, key=unevenness)
-    evener = unevenness(best) < EVENER * unevenness(found)
-    return best if evener and best.chi2 < NO_WORSE * found.chi2 else found
+    was, left = unevenness(found), unevenness(best)
+    halved = left < EVENER * was and best.chi2 < NO_WORSE * found.chi2
+    none_left = left < UNEVEN and best.chi2 < found.chi2
+    return best if halved or none_left else found
 
 
 def balanced(base: Base) -> Base:
