@@ -20,7 +20,7 @@ SETTINGS = {
     "a fraction of a choice": ("jpeg.quality=90.5", "whole number from 1 to 100"),
     "an effect misspelt": ("row_nois.sigma_e=1", "did you mean 'row_noise'?"),
     "another's parameter": ("row_noise.amplitude_e=1", "camtruth effects row_noise"),
-    "one that has none": ("quantization.bits=3", "expected none"),
+    "one that has none": ("photon_shot.bits=3", "expected none"),
 }
 
 

@@ -44,8 +44,7 @@ class Demosaic(Effect):
         maximum=11.0,
         whole=True,
         doc="0 in fractions; in whole numbers with halves 1 up, 2 even, 3 down; 4 of whole samples;"
-        " of sixteenths 5, 6 halves up, 7 whole means; 8 to 10 of quarters;"
-        " 11 of 64ths",
+        " of sixteenths 5, 6 up, 7 whole means; 8 to 10 quarters; 11 64ths",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
