@@ -152,7 +152,7 @@ def by_combs(base: Base, scenery: Scenery, counts: Mapping[str, Floats]) -> Iter
         scenery: its light and shots.
         counts: histograms of lit shots, by channel.
     """
-    if not multiplies(base, scenery):
+    if not _multiplies(base, scenery):
         return
     relative = base.gain_dn_per_e / base.gain_dn_per_e[1]
     black_dn = float(base.black_dn[1])
@@ -183,16 +183,16 @@ def unevenness(found: Refined) -> float:
 
 def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
     """The same camera with more bits until the last rounding; with and without gains there."""
-    rules = _finer_rules(base)
     if scenery.body.pixels != "rgb8":
         # halves up move all codes alike, and nobody multiplies a mosaic
         if base.arithmetic == IN_FRACTIONS:
             yield by_rule(base, OF_64THS)
         return
+    rules = _finer_rules(base)
     for rule in rules:
         if rule not in (base.arithmetic, OF_SIXTEENTHS_UP):
             yield by_rule(base, rule)
-    if not multiplies(base, scenery):
+    if not _multiplies(base, scenery):
         return
     red, _, blue = map(float, base.gain_dn_per_e / base.gain_dn_per_e[1])
     for about_black in (1.0, 0.0):
@@ -210,7 +210,7 @@ def _finer_rules(base: Base) -> tuple[int, ...]:
     return FINER if base.arithmetic == IN_FRACTIONS else (base.arithmetic,)
 
 
-def multiplies(base: Base, scenery: Scenery) -> bool:
+def _multiplies(base: Base, scenery: Scenery) -> bool:
     """Whether colours may differ by gains behind a converter that is the same for all of them."""
     if scenery.body.pixels != "rgb8" or base.white_balance is not None:
         return False

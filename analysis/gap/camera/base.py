@@ -50,7 +50,7 @@ class Base:
         dark_uneven: u of the law that it follows there; see `DarkShot`.
         clamp_e2: variance of what the pixels of a frame share, in e-^2: the clamp's own noise.
         arithmetic: how the demosaicer counts, or the converter without one; see `arithmetic_of`.
-        white_balance: of whole codes or sixteenths, behind it; None without. Gains, levels and
+        white_balance: of whole codes or finer ones, behind it; None without. Gains, levels and
             variances above are those before it.
         gain_error: standard deviation of its gains in parts of them; none where a comb tells them.
         blur_px2: variance by which the picture is softer than its light, along each axis.

@@ -94,8 +94,11 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         view=view,
         rules=rules_of(arithmetic) if coloured else (arithmetic,),
     )
-    counts = histograms([f.dn for f in keys], lattices, first.top_dn)
-    lit_counts = histograms([f.dn for f in keys if not f.shot.dark], lattices, first.top_dn)
+    lit_counts, dark_counts = (
+        histograms([f.dn for f in keys if f.shot.dark == dark], lattices, first.top_dn)
+        for dark in (False, True)
+    )
+    counts = {channel: lit + dark_counts[channel] for channel, lit in lit_counts.items()}
     bits = empty_bits(keys, lattices)
     balance = white_balance(counts, 2**bits) if coloured else None
     if balance is not None and not bits and of_finer_codes(lit_counts, QUARTERS, black_dn):
