@@ -48,8 +48,12 @@ class Counting:
         """The value, so that the last rounding sends halves where this camera does."""
         if not self.up or self.steps is None:
             return value
-        # half a step of a mean of four: nothing else is moved to another code
-        return value + 1.0 / (8.0 * self.steps)
+        return value + UPWARDS
+
+
+UPWARDS = 2.0**-14
+"""Of a code: takes halves up and nothing else, as a mean of four has steps of 1/64 and more, and
+numbers of 32 bits below 256 have finer ones."""
 
 
 def _halves_up(mean: Any) -> Any:

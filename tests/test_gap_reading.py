@@ -24,7 +24,6 @@ from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, powered
-from analysis.gap.look.finer_gains import finer_gain, of_finer_codes
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.look.whole_gains import white_balance
@@ -67,7 +66,6 @@ def counts(codes: np.ndarray) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(("red", "blue"), [(1.2, 0.85), (1.6, 1.33), (1.0, 0.7)])
 def test_gains_of_whole_codes_are_read_from_their_combs(red: float, blue: float) -> None:
     codes = counts(picture() * np.array([red, 1.0, blue]))
-    assert not of_finer_codes(codes, 4, 0.0)
     found = white_balance(codes)
     assert found is not None
     assert (found.red_gain, found.blue_gain, found.about_black) == (red, blue, 0.0)
@@ -146,23 +144,6 @@ def test_whole_codes_and_a_dark_have_no_curve() -> None:
     assert curve(counts(picture()), 4.3) is None
     darks = np.random.default_rng(4).normal(4.3, 0.6, picture().shape)
     assert curve(counts(np.concatenate([picture(), darks])), 4.3) is None
-
-
-@pytest.mark.parametrize("gain", [1.2038, 1.0782, 0.871])
-def test_a_gain_of_quarters_is_read_from_its_comb(gain: float) -> None:
-    """To what moves no tooth by a tenth of a code, of a gain that photon transfer has 8 % off. Of
-    fractions there is none to read."""
-    black_dn, rng = 4.2, np.random.default_rng(12)
-    signal = picture() + rng.uniform(-0.5, 0.5, picture().shape)
-    quarters = np.round(4 * signal) / 4
-    balanced = black_dn + (quarters - black_dn) * np.array([gain, 1.0, 1.0])
-    codes = counts(np.floor(balanced + 0.5))
-    origins_dn = black_dn + np.linspace(-0.1, 0.1, 5)
-    found = finer_gain(codes["R"], 4, 1.08 * gain, black_dn, origins_dn)
-    assert found == pytest.approx(gain, abs=5e-4)
-    assert of_finer_codes(codes, 4, black_dn)
-    of_fractions = counts(signal * np.array([gain, 1.0, 1.0]))
-    assert finer_gain(of_fractions["R"], 4, gain, black_dn, origins_dn) is None
 
 
 @pytest.mark.parametrize("bits", [0, 1, 2])

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.gap.calibrate.counting import counted, in_finer_codes
+from analysis.gap.calibrate.counting import by_rule, counted, in_finer_codes
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import Refined, as_shown, refine
-from analysis.gap.camera.base import camera_of
-from analysis.gap.look.arithmetic import OF_WHOLE_SAMPLES
+from analysis.gap.calibrate.refine import FAR, Refined, as_shown, refine
+from analysis.gap.camera.base import camera_of, channels_alike
+from analysis.gap.look.arithmetic import FINER
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
 from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
@@ -38,9 +38,9 @@ ROUNDED_DN = 0.5
 def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     """The base camera of a capture, from the frames that fit."""
     fit_half, _ = halves(setting.seen)
-    scenery, balance = setting.scenery, setting.white_balance
+    scenery, counting = setting.scenery, setting.counting
     # what is calibrated is so whatever the camera says of it
-    own = (BlackLevelOffset, WhiteBalance) if balance is not None else (BlackLevelOffset,)
+    own = (BlackLevelOffset, WhiteBalance) if counting.gains else (BlackLevelOffset,)
     effects = tuple(
         e
         for e in (nominal.effects if nominal is not None else ())
@@ -48,23 +48,26 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     )
 
     def fitted(dark: Darks) -> Refined:
-        start = first_guess(fit_half, scenery, nominal, dark, setting.arithmetic)
-        if balance is not None:
-            start = dataclasses.replace(start.multiplied(balance), arithmetic=OF_WHOLE_SAMPLES)
-        return refine(start, fit_half, scenery, effects)
+        start = by_rule(first_guess(fit_half, scenery, nominal, dark), counting.arithmetic)
+        starts = [start.multiplied(one.white_balance, one.origin_dn) for one in counting.gains]
+        if counting.arithmetic in FINER:
+            starts = [channels_alike(one) for one in starts]
+        against = [refine(one, fit_half, scenery, effects) for one in starts or [start]]
+        return min(against, key=lambda one: one.chi2)
 
     dark = darks_of(fit_half, scenery, setting.black_dn)
     best = fitted(dark)
     by_light = darks_by_light(fit_half, scenery) if dark.noise_dn < ROUNDED_DN else None
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
-    other = counted(best, fit_half, scenery)
+    # codes alone leave open whether means of finer ones are whole
+    other = counted(best, fit_half, scenery, enough=0.0 if counting.arithmetic in FINER else FAR)
     if other is not best.base:
         best = refine(other, fit_half, scenery, effects)
     if scenery.light.known:
         scenery = as_shown(best, scenery)
         best = refine(best.base, fit_half, scenery, effects)
-    best = in_finer_codes(best, fit_half, scenery, setting.lit_counts)
+    best = in_finer_codes(best, fit_half, scenery)
     return around(best.base, scenery, effects)
 
 

@@ -40,16 +40,14 @@ def first_guess(
     scenery: Scenery,
     nominal: Camera | None,
     dark: Darks,
-    arithmetic: int = IN_FRACTIONS,
 ) -> Base:
-    """A base by moments.
+    """A base by moments, of a camera that counts in fractions.
 
     Args:
         seen: the real capture.
         scenery: its light and shots.
         nominal: the camera that it is said to be; tells the gain where no light does.
         dark: what the darks show.
-        arithmetic: of the demosaicer.
     """
     exposure = exposures_of(seen, scenery)
     mean = seen.means.mean(axis=(0, 3))
@@ -84,7 +82,7 @@ def first_guess(
         dark_spread2=dark_spread2(seen, exposure, dark, gain),
         dark_uneven=0.0,
         clamp_e2=0.0,
-        arithmetic=arithmetic,
+        arithmetic=IN_FRACTIONS,
         white_balance=None,
         blur_px2=0.0,
         level=levels(seen, scenery, dark, gain),

@@ -52,7 +52,7 @@ class Base:
         arithmetic: how the demosaicer counts, or the converter without one; see `arithmetic_of`.
         white_balance: of whole codes or finer ones, behind it; None without. Gains, levels and
             variances above are those before it.
-        gain_error: standard deviation of its gains in parts of them; none where a comb tells them.
+        origin_dn: the code that it leaves alone, where combs tell it; else the mean black level.
         blur_px2: variance by which the picture is softer than its light, along each axis.
         level: electrons per unit of the light, by lamp, each per channel.
     """
@@ -70,7 +70,7 @@ class Base:
     clamp_e2: float
     arithmetic: int
     white_balance: WhiteBalance | None
-    gain_error: float = 0.0
+    origin_dn: float | None = None
     blur_px2: float
     level: Mapping[str, Floats]
 
@@ -124,12 +124,18 @@ class Base:
                 values = np.maximum(getattr(self, field) + step, 0.0)
                 return dataclasses.replace(self, **{field: values})
 
-    def multiplied(self, gains: WhiteBalance) -> Base:
+    @property
+    def reference_dn(self) -> float:
+        """The black level that the camera is said to have: those of channels are off by offsets."""
+        return float(self.black_dn.mean()) if self.origin_dn is None else self.origin_dn
+
+    def multiplied(self, gains: WhiteBalance, origin_dn: float | None = None) -> Base:
         """The camera whose frames look the same, with these gains behind its converter: its figures
         are those in front of them.
 
         Args:
             gains: come on top of those that it has, about the same code as they.
+            origin_dn: that code, where it is known.
         """
         k = np.array([{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1) for c in self.channels])
         had = self.white_balance
@@ -137,9 +143,11 @@ class Base:
         if had is not None:
             red, blue = had.red_gain * gains.red_gain, had.blue_gain * gains.blue_gain
             whole = dataclasses.replace(had, red_gain=red, blue_gain=blue)
-        origin = float(self.black_dn.mean()) if whole.about_black else 0.0
+        origin_dn = self.origin_dn if origin_dn is None else origin_dn
+        known = dataclasses.replace(self, origin_dn=origin_dn if whole.about_black else None)
+        origin = known.reference_dn if whole.about_black else 0.0
         return dataclasses.replace(
-            self,
+            known,
             gain_dn_per_e=self.gain_dn_per_e / k,
             read_dn2=self.read_dn2 / k**2,
             fpn_dn2=self.fpn_dn2 / k**2,
@@ -147,24 +155,32 @@ class Base:
             white_balance=whole,
         )
 
-    def of_body(self, seed: int) -> Base:
-        """The base with gains that nobody knows exactly: where finer codes are multiplied, a
-        thousandth of a gain is another comb.
-
-        Args:
-            seed: of the camera body.
-        """
-        if self.white_balance is None or not self.gain_error:
-            return self
-        red, blue = map(
-            float, 1.0 + self.gain_error * np.random.default_rng(seed).standard_normal(2)
-        )
-        return self.multiplied(WhiteBalance(red_gain=red, blue_gain=blue))
-
     @property
     def most_of_a_clamp_e2(self) -> float:
         """Variance in e-^2 of a clamp that averages `FEWEST_BLACK` pixels; more is no clamp's."""
         return float(np.min(self.read_dn2 / np.square(self.gain_dn_per_e))) / FEWEST_BLACK
+
+
+def channels_alike(base: Base) -> Base:
+    """The base with the figures of green in all channels, as bright as it is: that of one converter
+    for all colours, where those of red and blue are hidden by tenths of a DN and no small step
+    leads back.
+    """
+    green = base.channels.index("G")
+    factor = base.gain_dn_per_e[green] / base.gain_dn_per_e
+
+    def everywhere(values: Floats) -> Floats:
+        return np.full_like(values, values[green])
+
+    return dataclasses.replace(
+        base,
+        gain_dn_per_e=everywhere(base.gain_dn_per_e),
+        black_dn=everywhere(base.black_dn),
+        read_dn2=everywhere(base.read_dn2),
+        fpn_dn2=everywhere(base.fpn_dn2),
+        prnu2=everywhere(base.prnu2),
+        level={lamp: level / factor for lamp, level in base.level.items()},
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,8 +240,8 @@ def camera_of(base: Base, body: Body) -> Camera:
         values["demosaic"] = {"arithmetic": float(base.arithmetic)}
     elif steps := COUNTING[base.arithmetic].steps:
         values["quantization"] = {"steps": steps}
-    black_dn = float(base.black_dn.mean())
-    if np.ptp(base.black_dn) > 0:
+    black_dn = base.reference_dn
+    if np.any(base.black_dn != black_dn):
         values["black_level_offset"] = {"offset_e": colours((base.black_dn - black_dn) / gain)}
     effects = [known[name].with_parameters(figures) for name, figures in values.items()]
     if base.white_balance is not None:

@@ -79,9 +79,7 @@ def twin(
     lights = [
         _lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots
     ]
-    own = base.of_body(body)
-    camera = bare if own is base else camera_of(own, scenery.body)
-    camera = camera.plus(*effects).with_body(body)
+    camera = bare.plus(*effects).with_body(body)
     seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     if scenery.light.shown is not None:
         seen = under_stated_light(seen, scenery, base)

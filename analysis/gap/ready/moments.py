@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from analysis.gap.calibrate.counting import by_rule
 from analysis.gap.calibrate.darks import Darks, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.camera.base import Base
@@ -16,4 +17,5 @@ def by_moments(setting: Setting) -> tuple[Darks, Base]:
     """
     fit_half, _ = halves(setting.seen)
     dark = darks_of(fit_half, setting.scenery, setting.black_dn)
-    return dark, first_guess(fit_half, setting.scenery, None, dark, setting.arithmetic)
+    base = first_guess(fit_half, setting.scenery, None, dark)
+    return dark, by_rule(base, setting.counting.arithmetic)

@@ -13,24 +13,21 @@ from analysis.gap.calibrate.darks import black_of
 from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
-from analysis.gap.look.arithmetic import arithmetic_of, rules_of
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve
-from analysis.gap.look.finer_gains import QUARTERS, of_finer_codes
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import Plan, plan, stack_of
-from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.ready.hints import Told, empty_bits
+from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
 from render.rate import RateImage
 from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.gamma import Gamma
 from sensor.effects.jpeg import Jpeg
-from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture, Frames
 
 Floats = NDArray[np.float64]
@@ -46,10 +43,8 @@ class Setting:
         scenery: format, light and shots.
         seen: the key shots, looked at.
         black_dn: a first black level.
-        arithmetic: how the demosaicer counts; see `arithmetic_of`.
-        white_balance: of whole codes; None where they have no comb of one.
+        counting: how the camera counts, by its codes alone.
         told: parameters of suspects that whole codes tell, by name of the effect.
-        lit_counts: histograms of the lit shots, by channel.
     """
 
     capture: Capture
@@ -57,10 +52,8 @@ class Setting:
     scenery: Scenery
     seen: Observation
     black_dn: float
-    arithmetic: int
-    white_balance: WhiteBalance | None
+    counting: HowItCounts
     told: Mapping[str, Told]
-    lit_counts: Mapping[str, Floats]
 
     @property
     def key_frames(self) -> list[Frames]:
@@ -85,34 +78,24 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     keys = [f for f in capture.frames if f.shot.label in chosen.key]
     black_dn = black_of_frames(capture.frames)
     cfa = first.cfa or _cfa(lattices)
-    coloured = first.pixels == "rgb8"
-    arithmetic = arithmetic_of([f.dn for f in keys], lattices)
+    counts = histograms([f.dn for f in keys], lattices, first.top_dn)
+    bits = empty_bits(keys, lattices)
+    counting = how_it_counts(capture.frames, keys, lattices, counts, bits, black_dn)
     scenery = Scenery(
         body=Body.of(first, cfa, capture.camera),
         light=light_of(capture, stated, black_dn),
         shots=shots_of([f.shot for f in keys]),
         view=view,
-        rules=rules_of(arithmetic) if coloured else (arithmetic,),
+        rules=counting.rules,
     )
-    lit_counts, dark_counts = (
-        histograms([f.dn for f in keys if f.shot.dark == dark], lattices, first.top_dn)
-        for dark in (False, True)
-    )
-    counts = {channel: lit + dark_counts[channel] for channel, lit in lit_counts.items()}
-    bits = empty_bits(keys, lattices)
-    balance = white_balance(counts, 2**bits) if coloured else None
-    if balance is not None and not bits and of_finer_codes(lit_counts, QUARTERS, black_dn):
-        balance = None
     return Setting(
         capture=capture,
         plan=chosen,
         scenery=scenery,
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
-        arithmetic=arithmetic,
-        white_balance=balance,
+        counting=counting,
         told=_told(keys, bits, counts, black_dn),
-        lit_counts=lit_counts,
     )
 
 

@@ -10,13 +10,12 @@ import numpy as np
 from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
-from analysis.gap.camera.base import Base
+from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.beginnings import (
-    channels_alike,
     choices,
     every_choice,
     louder,

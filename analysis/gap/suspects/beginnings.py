@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from analysis.gap.camera.base import Base, Floats
+from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.measure.signature import starts, strengths
 from analysis.gap.ready.hints import Hints
@@ -24,27 +24,6 @@ def louder(base: Base) -> Base:
     once more takes noise away, and darks that are left without any tell no small step back to it.
     """
     return dataclasses.replace(base, read_dn2=LOUDER * base.read_dn2, arithmetic=IN_FRACTIONS)
-
-
-def channels_alike(base: Base) -> Base:
-    """The base with the figures of green in all channels, as bright as it is: what mixes colours
-    hides those of red and blue, the black level by tenths of a DN, and no small step leads back.
-    """
-    green = base.channels.index("G")
-    factor = base.gain_dn_per_e[green] / base.gain_dn_per_e
-
-    def everywhere(values: Floats) -> Floats:
-        return np.full_like(values, values[green])
-
-    return dataclasses.replace(
-        base,
-        gain_dn_per_e=everywhere(base.gain_dn_per_e),
-        black_dn=everywhere(base.black_dn),
-        read_dn2=everywhere(base.read_dn2),
-        fpn_dn2=everywhere(base.fpn_dn2),
-        prnu2=everywhere(base.prnu2),
-        level={lamp: level / factor for lamp, level in base.level.items()},
-    )
 
 
 def every_choice(effect: Effect, told: Hints | None = None) -> list[Effect]:

@@ -65,7 +65,7 @@ def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
         return step
     base = counted(now, fit_half, model.scenery, enough=0.0)
     again = (
-        in_finer_codes(now, fit_half, model.scenery, setting.lit_counts)
+        in_finer_codes(now, fit_half, model.scenery)
         if base is now.base
         else refine(base, fit_half, model.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
     )

@@ -1,0 +1,221 @@
+"""Where one code ends and the next begins, told by each pixel's own mean.
+
+The mean of a pixel over some frames and its noise tell how often its other frames should have each
+code, if all codes were equally wide. What a histogram differs by from the sum over the pixels is
+where edges of codes lie elsewhere: no picture, no fixed pattern and no light is as uneven. An edge
+that lies d higher moves f d samples from the code above to the one below, where f is the density of
+samples there, so that all edges of a channel are a linear regression:
+
+    counts - expected = f_n d_n+1 - f_n-1 d_n + nuisances,    counts of Poisson
+
+Nuisances are a shift and a width of the noise, the waves of a histogram that are longer than a
+comb, and in darks, which have few codes, the skewness and the kurtosis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.look.lattices import Lattice
+from sensor.frames import Frames
+
+Floats = NDArray[np.float64]
+
+FINE = 16
+"""Steps of a code in which the density of samples is kept."""
+
+BEYOND = 16
+"""Codes beyond the ends of the range into which noise may reach."""
+
+LEVELS = 48
+"""Parts of the pixels, by their means, that have a noise of their own."""
+
+MOST_SAMPLES = 400_000
+"""Of a channel in a shot; more tell the same."""
+
+LEAST_COUNT = 40
+"""Samples of a code that make its count worth a look."""
+
+LEAST_CODES = 6
+LEAST_NOISE_DN2 = 0.35
+"""Noise below which the mean of whole codes does not tell where between them a pixel is, and goes
+along with an edge that lies elsewhere."""
+
+WAVE = 12
+"""Codes in half of the shortest wave that may be the picture's."""
+
+OF_ITSELF = 0.003
+"""Part of its count that a code may be off, because noise is not quite normal."""
+
+CLIPPED = 0.9
+"""Part of the range from which noise tells no gain."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CodeEdges:
+    """What the histograms of a channel tell of the edges of its codes.
+
+    Edge n is the lower one of code n; where all codes are equally wide it is at n - 1/2.
+
+    Attributes:
+        pull: d of a regression that is flat otherwise is `information`^-1 times this, (edges,).
+        information: inverse covariance of the edges, (edges, edges); singular.
+        chi2: what counts differ by from codes that are equally wide.
+        figures: counts less nuisances, of which that is the expectation by chance alone.
+        noise_slope_dn: growth of the noise's variance with the mean: conversion in DN/e-.
+        slope_error: its standard error, relative to itself.
+    """
+
+    pull: Floats
+    information: Floats
+    chi2: float
+    figures: int
+    noise_slope_dn: float
+    slope_error: float
+
+    def fall(self, moved: Floats) -> Floats:
+        """By how much edges that lie elsewhere make chi-squared less, (n,).
+
+        Args:
+            moved: from half-way between codes, in codes, (n, edges).
+        """
+        cost = np.einsum("ij,ij->i", moved @ self.information, moved)
+        return np.asarray(2.0 * moved @ self.pull - cost)
+
+
+def code_edges(shots: Sequence[Frames], lattices: Sequence[Lattice], channel: str) -> CodeEdges:
+    """The edges of a channel's codes, from all shots.
+
+    Args:
+        shots: of one camera, 8 bits.
+        lattices: where the measured samples are.
+        channel: name of one.
+    """
+    own = [lattice for lattice in lattices if lattice.channel == channel]
+    edges = shots[0].top_dn + 2
+    pull, information = np.zeros(edges), np.zeros((edges, edges))
+    chi2, figures, along, power = 0.0, 0, 0.0, 0.0
+    for frames in shots:
+        stack = _stack(frames, own)
+        if len(stack) < 4:
+            continue
+        means, noise_dn2, which = _levels(stack)
+        if not frames.shot.dark:
+            # a line through each shot: what is dark in it has more noise than its level tells
+            seen = means < CLIPPED * frames.top_dn
+            weight = 1.0 / np.maximum(noise_dn2[seen], 0.1) ** 2
+            off = means[seen] - np.average(means[seen], weights=weight)
+            # the variance of m frames has a relative variance of 2 / (m - 1)
+            weight *= (len(stack) - 1) * stack.shape[1] / LEVELS / 2.0
+            along += float((weight * off * noise_dn2[seen]).sum())
+            power += float((weight * off**2).sum())
+        tell = (noise_dn2 > LEAST_NOISE_DN2)[which]
+        counts = np.bincount(stack[:, tell].ravel(), minlength=edges - 1).astype(np.float64)
+        density = _density(stack[:, tell], noise_dn2, which[tell], edges - 1)
+        rows = _regression(counts, density, edges, dark=frames.shot.dark)
+        if rows is None:
+            continue
+        slopes, off_by, nuisances = rows
+        pull += slopes.T @ off_by
+        information += slopes.T @ slopes
+        chi2 += float(off_by @ off_by)
+        figures += len(off_by) - nuisances
+    return CodeEdges(
+        pull=pull,
+        information=information,
+        chi2=chi2,
+        figures=figures,
+        noise_slope_dn=along / power if power else 0.0,
+        slope_error=float(np.sqrt(power)) / along if along > 0 else np.inf,
+    )
+
+
+def _stack(frames: Frames, lattices: Sequence[Lattice]) -> NDArray[np.int64]:
+    """Codes of an even number of frames, (frames, pixels)."""
+    count = frames.count // 2 * 2
+    pixels = sum(lattice.of(frames.dn[:1]).size for lattice in lattices)
+    step = max(1, -(-count * pixels // MOST_SAMPLES))
+    each = [lattice.of(frames.dn[:count]).reshape(count, -1)[:, ::step] for lattice in lattices]
+    return np.concatenate(each, axis=1).astype(np.int64)
+
+
+def _levels(stack: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.intp]]:
+    """Means of pixels of about one level, variance of their noise before it was rounded, and the
+    level of each pixel.
+    """
+    means = stack.mean(axis=0)
+    which = np.empty(len(means), np.intp)
+    which[np.argsort(means, kind="stable")] = np.arange(len(means)) * LEVELS // len(means)
+    size = np.maximum(np.bincount(which, minlength=LEVELS), 1)
+
+    def of_level(values: Floats) -> Floats:
+        return np.asarray(np.bincount(which, values, minlength=LEVELS) / size)
+
+    return of_level(means), of_level(stack.var(axis=0, ddof=1)) - 1.0 / 12.0, which
+
+
+def _density(
+    stack: NDArray[np.int64], noise_dn2: Floats, which: NDArray[np.intp], codes: int
+) -> Floats:
+    """Expected samples per fine step, from half a code below -`BEYOND` on; see `_at`.
+
+    Each half of the frames expects the other: a mean of m frames is off by noise / m.
+    """
+    half = len(stack) // 2
+    size = (codes + 2 * BEYOND) * FINE
+    means = np.zeros((LEVELS, size))
+    for part in (stack[0::2], stack[1::2]):
+        at = ((part.mean(axis=0) + 0.5 + BEYOND) * FINE).astype(np.intp)
+        np.add.at(means, (which, at), float(half))
+    variance = np.maximum(noise_dn2, 0.0) * (1.0 + 1.0 / half) * FINE**2
+    turns = np.fft.rfftfreq(size)
+    smooth = np.exp(-2.0 * np.pi**2 * variance[:, None] * turns**2)
+    return np.fft.irfft((np.fft.rfft(means) * smooth).sum(axis=0), size)
+
+
+def _at(codes: NDArray[Any]) -> NDArray[np.intp]:
+    return ((codes + 0.5 + BEYOND) * FINE).astype(np.intp)
+
+
+def _regression(
+    counts: Floats, density: Floats, edges: int, *, dark: bool
+) -> tuple[Floats, Floats, int] | None:
+    """Slopes of counts along the edges and what counts are off by, in standard errors and less
+    nuisances, and how many these are; None where too few codes tell anything.
+    """
+    codes = np.flatnonzero(counts > LEAST_COUNT)
+    codes = codes[(codes > 0) & (codes < edges - 2)]
+    if len(codes) < LEAST_CODES:
+        return None
+    below, above = _at(codes - 0.5), _at(codes + 0.5)
+
+    def derivative(order: int) -> Floats:
+        curve: Floats = density
+        for _ in range(order):
+            curve = np.gradient(curve) * FINE
+        edge = (curve + np.roll(curve, 1)) / 2.0 * FINE
+        return np.asarray(edge[above] - edge[below])
+
+    cumulative = np.append(0.0, np.cumsum(density))
+    expected = cumulative[above] - cumulative[below]
+    errors = np.sqrt(counts[codes] + (OF_ITSELF * counts[codes]) ** 2)
+    place = (codes - codes[0]) / np.ptp(codes)
+    waves = 1 if dark else len(codes) // WAVE + 1
+    nuisances = [expected * np.cos(np.pi * wave * place) for wave in range(waves)]
+    nuisances += [derivative(order) for order in range(4 if dark else 2)]
+    known, _ = np.linalg.qr(np.stack(nuisances, axis=1) / errors[:, None])
+    edge = (density + np.roll(density, 1)) / 2.0 * FINE
+    slopes = np.zeros((len(codes), edges))
+    row = np.arange(len(codes))
+    slopes[row, codes] = -edge[below] / errors
+    slopes[row, codes + 1] = edge[above] / errors
+
+    def less_known(values: Floats) -> Floats:
+        return np.asarray(values - known @ (known.T @ values))
+
+    return less_known(slopes), less_known((counts[codes] - expected) / errors), known.shape[1]

@@ -1,0 +1,266 @@
+"""Converters of more bits than leave the camera, with a white balance behind them, told by where
+their codes end.
+
+A code takes whole steps of the converter: at a gain of 1.2 and four steps in a code, 3 or 4 of
+them, in an order that tells the gain to 1e-4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from analysis.gap.look.code_edges import CodeEdges
+from sensor.effects.white_balance import WhiteBalance
+from sensor.interpolation import COUNTING
+
+Floats = NDArray[np.float64]
+
+LEAST_ERROR = 0.01
+"""Of a gain by photon transfer, relative to it, where noise is not quite of photons."""
+
+MOST_ERROR = 0.1
+"""Beyond which photon transfer tells no gain."""
+
+FARTHEST = 4.0
+"""Such errors by which a gain may be off."""
+
+GAIN_STEP = 6.4e-4
+"""Over steps in a code: part of a gain that moves no tooth of 250 codes by a sixth of a step."""
+
+CLOSER = np.linspace(-1.0, 1.0, 13)
+"""Parts of that step, around gains that are looked at closely."""
+
+SHARPER = 3
+"""Times that a fourth of that step is looked at, around the gain that is taken."""
+
+ALIKE = 0.1
+"""Of chi-squared, by which gains are alike that put all teeth in the same places."""
+
+MOST_CLOSER = 12
+"""Gains that are: of two with almost the same comb the first look may prefer the wrong one."""
+
+BLACK_ERROR_DN = 0.05
+"""Of a black level that whole codes tell."""
+
+ORIGINS = 3.0 * np.linspace(-1.0, 1.0, 13)
+ORIGINS_CLOSER = 3.0 * np.linspace(-1.0, 1.0, 61)
+"""Such errors by which the code is off that gains leave alone: the first edges of a comb are told
+best, by darks, and move by a step at some black level or other."""
+
+DARK_CODES = 3
+"""Codes on either side of black that darks have."""
+
+RIVAL = 12.0
+"""Of chi-squared, by which another comb may be worse and be the right one all the same: in darks
+of less noise than pixels' means can tell it shows at once."""
+
+MOST_RIVALS = 4
+
+LEAST_FALL = 40.0
+"""Of chi-squared, by gains of two colours. Of 60 cameras without any, of which one colour was
+looked at, the largest was 12; gains of sixteenths had 100 in the median."""
+
+FITS = 1.5
+"""Chi-squared over what chance has of it, in codes whose edges are told."""
+
+AT_ONCE = 4096
+"""Combs that are in memory together."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gains:
+    """A white balance behind the converter.
+
+    Attributes:
+        white_balance: the gains.
+        origin_dn: the code that they leave alone; None where nothing tells it.
+        fall: of chi-squared of red and blue.
+    """
+
+    white_balance: WhiteBalance
+    origin_dn: float | None = None
+    fall: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FinerCodes:
+    """A converter of more bits, and the gains behind it.
+
+    Attributes:
+        rules: the ways of counting that it may be; see `sensor.effects.demosaic`.
+        gains: behind it, the likeliest first; others put edges of darks elsewhere.
+        fall: of chi-squared of all colours by the likeliest.
+    """
+
+    rules: tuple[int, ...]
+    gains: tuple[Gains, ...]
+    fall: float
+
+
+def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes | None:
+    """Finer codes and gains that explain where codes end; None where these are not needed.
+
+    Args:
+        edges: of red, green and blue.
+        black_dn: black level.
+    """
+    green = edges["G"]
+    if any(one.noise_slope_dn <= 0 or one.slope_error > MOST_ERROR for one in edges.values()):
+        return None
+    # without gains all colours are alike: half-way between codes, or wide and narrow in turn
+    without = 0.0
+    best: FinerCodes | None = None
+    for steps in sorted({c.steps for c in COUNTING if c.steps is not None and c.steps > 1}):
+        ways = [(c.up, k) for k, c in enumerate(COUNTING) if c.steps == steps]
+        fitting = {}
+        for up in {up for up, _ in ways}:
+            plain = np.zeros(len(green.pull)) if up else _to_even(len(green.pull), steps)
+            falls = {channel: float(one.fall(plain[None])[0]) for channel, one in edges.items()}
+            without = max(without, sum(falls.values()))
+            if _fits(green, falls["G"]):
+                fitting[up] = falls["G"]
+        if not fitting or not (gains := _gains(edges, steps, black_dn)):
+            continue
+        up = max(fitting, key=lambda one: fitting[one])
+        fall = fitting[up] + gains[0].fall
+        if best is None or fall > best.fall:
+            rules = tuple(rule for one, rule in ways if one == up)
+            best = FinerCodes(rules=rules, gains=gains, fall=fall)
+    if best is None or best.fall - without < LEAST_FALL:
+        return None
+    return best
+
+
+def _gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -> tuple[Gains, ...]:
+    """The likeliest gains of red and blue, about the black level or code 0; none where codes end
+    elsewhere all the same.
+    """
+    tried: list[Gains] = []
+    for about_black in (1.0, 0.0):
+        near, closer = (
+            black_dn + BLACK_ERROR_DN * off if about_black else np.zeros(1)
+            for off in (ORIGINS, ORIGINS_CLOSER)
+        )
+        red, blue = (_by_origin(edges[c], edges["G"], steps, near, closer) for c in "RB")
+        unlikely = np.square((closer - black_dn * about_black) / BLACK_ERROR_DN)
+        likely = red.likely + blue.likely - unlikely
+        of_darks = slice(int(black_dn) - DARK_CODES, int(black_dn) + DARK_CODES + 1)
+        seen = set()
+        for at in np.argsort(-likely):
+            if likely[at] < likely.max() - RIVAL:
+                break
+            origin_dn = float(closer[at])
+            of_red = _sharper(edges["R"], steps, float(red.gains[at]), origin_dn)
+            of_blue = _sharper(edges["B"], steps, float(blue.gains[at]), origin_dn)
+            fit = _fits(edges["R"], of_red[1]) and _fits(edges["B"], of_blue[1])
+            gains = np.array([of_red[0], of_blue[0]])
+            firsts = first_steps(gains, np.full(2, origin_dn), steps, len(edges["R"].pull))
+            place = tuple(firsts[:, of_darks].ravel())
+            if fit and place not in seen:
+                seen.add(place)
+                balance = WhiteBalance(
+                    red_gain=of_red[0], blue_gain=of_blue[0], about_black=about_black
+                )
+                fall = of_red[1] + of_blue[1]
+                tried.append(Gains(white_balance=balance, origin_dn=origin_dn, fall=fall))
+    tried.sort(key=lambda one: -one.fall)
+    return tuple(one for one in tried if one.fall > tried[0].fall - RIVAL)[:MOST_RIVALS]
+
+
+def _sharper(own: CodeEdges, steps: float, gain: float, origin_dn: float) -> tuple[float, float]:
+    """A gain as sharply as a comb tells it, and by how much it makes chi-squared less."""
+    fall, width = 0.0, GAIN_STEP / steps * gain
+    for _ in range(SHARPER):
+        gains = gain + width * CLOSER
+        falls = own.fall(comb(gains, np.full(len(gains), origin_dn), steps, len(own.pull)))
+        # between the first and the last of those that are alike
+        best = gains[falls > falls.max() - ALIKE]
+        gain, fall, width = float((best[0] + best[-1]) / 2.0), float(falls.max()), width / 4.0
+    return gain, fall
+
+
+class ByOrigin(NamedTuple):
+    """The likeliest gain for each code that gains may leave alone, (origins,) each: itself, how
+    much less chi-squared is, and that less what photon transfer says against it.
+    """
+
+    gains: Floats
+    falls: Floats
+    likely: Floats
+
+
+def _by_origin(
+    own: CodeEdges, green: CodeEdges, steps: float, near_dn: Floats, closer_dn: Floats
+) -> ByOrigin:
+    """The likeliest gains of a channel.
+
+    Gains that differ by about one step in a code have almost the same comb: photon transfer tells
+    them apart.
+    """
+    about = own.noise_slope_dn / green.noise_slope_dn
+    error = about * float(np.hypot(np.hypot(own.slope_error, green.slope_error), LEAST_ERROR))
+
+    def looked_at(gains: Floats, origins_dn: Floats) -> tuple[Floats, Floats]:
+        """By how much chi-squared is less, and that less the rest, (gains, origins) each."""
+        each, origins = (grid.ravel() for grid in np.meshgrid(gains, origins_dn, indexing="ij"))
+        parts = [
+            own.fall(comb(k, o, steps, len(own.pull)))
+            for k, o in zip(_pieces(each), _pieces(origins), strict=True)
+        ]
+        falls = np.concatenate(parts).reshape(len(gains), -1)
+        return falls, falls - np.square((gains[:, None] - about) / error)
+
+    far, step = FARTHEST * error, GAIN_STEP / steps * about
+    gains = about + np.arange(-far, far, step)
+    _, likely = looked_at(gains, near_dn)
+    best = likely.max(axis=1)
+    peaks = np.flatnonzero(ndimage.maximum_filter1d(best, 5) == best)
+    peaks = peaks[np.argsort(-best[peaks])[:MOST_CLOSER]]
+    gains = (gains[peaks, None] + step * CLOSER).ravel()
+    falls, likely = looked_at(gains, closer_dn)
+    which, every = likely.argmax(axis=0), np.arange(len(closer_dn))
+    return ByOrigin(gains=gains[which], falls=falls[which, every], likely=likely[which, every])
+
+
+def _pieces(values: Floats) -> list[Floats]:
+    return [values[k : k + AT_ONCE] for k in range(0, len(values), AT_ONCE)]
+
+
+def comb(gains: Floats, origins_dn: Floats, steps: float, edges: int) -> Floats:
+    """Where codes end whose converter counts in steps of them, with a gain behind it.
+
+    Step j comes out as o + k (j / steps - o), and is a code's if that rounds to it. An edge is half
+    a step in front of the first. Where halves go is lost in any gain but 1.
+
+    Args:
+        gains, origins_dn: k and o, (n,) each.
+        steps: of the converter in a code.
+        edges: how many; the first is the lower one of code 0.
+
+    Returns:
+        How far edges are from half-way between codes, in codes, (n, edges).
+    """
+    k, begin = gains[:, None], (origins_dn * (1.0 - gains))[:, None]
+    first = first_steps(gains, origins_dn, steps, edges)
+    return np.asarray(k / steps * (first - 0.5) + begin - (np.arange(edges) - 0.5))
+
+
+def first_steps(gains: Floats, origins_dn: Floats, steps: float, edges: int) -> Floats:
+    """The first step of each code, (n, edges); see `comb`."""
+    k, begin = gains[:, None], (origins_dn * (1.0 - gains))[:, None]
+    return np.asarray(np.ceil((np.arange(edges) - 0.5 - begin) * steps / k - 1e-9))
+
+
+def _to_even(edges: int, steps: float) -> Floats:
+    """Edges of codes without a gain of which every even one takes both halves, (edges,)."""
+    return np.where(np.arange(edges) % 2 == 0, -0.5, 0.5) / steps
+
+
+def _fits(own: CodeEdges, fall: float) -> bool:
+    return own.chi2 - fall < FITS * own.figures
