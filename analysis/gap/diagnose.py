@@ -9,12 +9,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.gap.calibrate.counting import by_rule, counted, in_finer_codes
+from analysis.gap.calibrate.counting import (
+    balanced,
+    by_rule,
+    counted,
+    in_finer_codes,
+    with_likelier_gains,
+)
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import FAR, Refined, as_shown, refine
-from analysis.gap.camera.base import camera_of, channels_alike
+from analysis.gap.camera.base import camera_of
 from analysis.gap.look.arithmetic import FINER
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
@@ -49,17 +55,16 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
 
     def fitted(dark: Darks) -> Refined:
         start = by_rule(first_guess(fit_half, scenery, nominal, dark), counting.arithmetic)
-        starts = [start.multiplied(one.white_balance, one.origin_dn) for one in counting.gains]
-        if counting.arithmetic in FINER:
-            starts = [channels_alike(one) for one in starts]
-        against = [refine(one, fit_half, scenery, effects) for one in starts or [start]]
-        return min(against, key=lambda one: one.chi2)
+        if counting.gains:
+            start = balanced(start, counting.gains[0])
+        return refine(start, fit_half, scenery, effects)
 
     dark = darks_of(fit_half, scenery, setting.black_dn)
     best = fitted(dark)
     by_light = darks_by_light(fit_half, scenery) if dark.noise_dn < ROUNDED_DN else None
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
+    best = with_likelier_gains(best, fit_half, scenery, counting.gains)
     # codes alone leave open whether means of finer ones are whole
     other = counted(best, fit_half, scenery, enough=0.0 if counting.arithmetic in FINER else FAR)
     if other is not best.base:

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from analysis.gap.calibrate.refine import FAR, Refined, refine, refined
-from analysis.gap.camera.base import Base
+from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import (
     FINER,
@@ -24,6 +24,7 @@ from analysis.gap.look.arithmetic import (
     UP,
 )
 from analysis.gap.look.families import INTERPOLATION
+from analysis.gap.look.finer_codes import Gains
 from analysis.gap.look.observation import Observation
 
 UNEVEN = 3.5
@@ -69,6 +70,30 @@ def by_rule(base: Base, rule: int) -> Base:
     """The camera with another way of counting, and codes that are as high in the mean."""
     raised = UP.get(rule, 0.0) - UP.get(base.arithmetic, 0.0)
     return dataclasses.replace(base, arithmetic=rule, black_dn=base.black_dn - raised)
+
+
+def balanced(base: Base, gains: Gains) -> Base:
+    """The camera with gains behind its converter. Where it counts in finer codes its converter is
+    the same for all colours.
+    """
+    made = base.plain().multiplied(gains.white_balance, gains.origin_dn)
+    return channels_alike(made) if base.arithmetic in FINER else made
+
+
+def with_likelier_gains(
+    found: Refined, seen: Observation, scenery: Scenery, gains: Sequence[Gains]
+) -> Refined:
+    """The camera with other gains that its codes leave open, where its twins fit better.
+
+    Args:
+        found: calibrated with the first of them.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        gains: behind its converter.
+    """
+    others = (refined(balanced(found.base, one), seen, scenery, found.effects) for one in gains[1:])
+    best = min([found, *others], key=lambda one: one.chi2)
+    return found if best is found else refine(best.base, seen, scenery, found.effects)
 
 
 def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:

@@ -137,7 +137,6 @@ class Base:
             gains: come on top of those that it has, about the same code as they.
             origin_dn: that code, where it is known.
         """
-        k = np.array([{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1) for c in self.channels])
         had = self.white_balance
         whole = gains
         if had is not None:
@@ -145,14 +144,27 @@ class Base:
             whole = dataclasses.replace(had, red_gain=red, blue_gain=blue)
         origin_dn = self.origin_dn if origin_dn is None else origin_dn
         known = dataclasses.replace(self, origin_dn=origin_dn if whole.about_black else None)
-        origin = known.reference_dn if whole.about_black else 0.0
+        behind = known._in_front_of(gains, known.reference_dn if whole.about_black else 0.0)
+        return dataclasses.replace(behind, white_balance=whole)
+
+    def plain(self) -> Base:
+        """The camera whose frames look the same, but for their combs, without a white balance."""
+        had = self.white_balance
+        if had is None:
+            return self
+        back = WhiteBalance(red_gain=1 / had.red_gain, blue_gain=1 / had.blue_gain)
+        before = self._in_front_of(back, self.reference_dn if had.about_black else 0.0)
+        return dataclasses.replace(before, white_balance=None, origin_dn=None)
+
+    def _in_front_of(self, gains: WhiteBalance, origin_dn: float) -> Base:
+        """Figures that are those of this camera behind some gains."""
+        k = np.array([{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1) for c in self.channels])
         return dataclasses.replace(
-            known,
+            self,
             gain_dn_per_e=self.gain_dn_per_e / k,
             read_dn2=self.read_dn2 / k**2,
             fpn_dn2=self.fpn_dn2 / k**2,
-            black_dn=origin + (self.black_dn - origin) / k,
-            white_balance=whole,
+            black_dn=origin_dn + (self.black_dn - origin_dn) / k,
         )
 
     @property

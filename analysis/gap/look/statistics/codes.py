@@ -14,7 +14,11 @@ LEAST_CODES = 8
 """From code 0, that are always looked at: darks of few codes have all of them in common then."""
 
 LEAST_COUNT = 50
-"""Samples that a code's neighbours have on average where its own number is compared with theirs."""
+"""Samples that a code's neighbours have on average where its own number begins to be compared with
+theirs; with twice as many it counts in full."""
+
+FEWEST = 4.0
+"""Codes of which a mean is taken, of fewer their sum over as many."""
 
 REACH = 4
 """Codes to either side among which a frequent one is looked for: curves leave out up to three."""
@@ -46,11 +50,11 @@ def _bumps(histogram: Floats, top_dn: int) -> Floats:
     inner = np.where(within, histogram, 0.0)
     around = np.zeros_like(inner)
     around[:, 1:-1] = (inner[:, :-2] + inner[:, 2:]) / 2
-    used = within & (around > LEAST_COUNT)
+    # a code that began to count all at once would make darks of few codes jump
+    weight = np.where(within, np.clip(around / LEAST_COUNT - 1.0, 0.0, 1.0), 0.0)
     bumps = np.clip(np.log((inner + 1.0) / (around + 1.0)), -2, 2)
-    count = used.sum(axis=1)
-    mean_square = safe_ratio(np.where(used, np.square(bumps), 0.0).sum(axis=1), count)
-    return np.where(count >= 4, np.sqrt(mean_square), 0.0)
+    count = np.maximum(weight.sum(axis=1), FEWEST)
+    return np.asarray(np.sqrt((weight * np.square(bumps)).sum(axis=1) / count))
 
 
 def _empty(histogram: Floats) -> Floats:
