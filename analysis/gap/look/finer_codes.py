@@ -42,14 +42,17 @@ SHARPER = 3
 ALIKE = 0.1
 """Of chi-squared, by which gains are alike that put all teeth in the same places."""
 
-MOST_CLOSER = 12
+PEAK = 25
+"""Such steps over which one gain is looked at closely."""
+
+MOST_CLOSER = 24
 """Gains that are: of two with almost the same comb the first look may prefer the wrong one."""
 
-BLACK_ERROR_DN = 0.05
-"""Of a black level that whole codes tell."""
+BLACK_ERROR_DN = 0.1
+"""Of a black level that whole codes of the shortest darks tell."""
 
-ORIGINS = 3.0 * np.linspace(-1.0, 1.0, 13)
-ORIGINS_CLOSER = 3.0 * np.linspace(-1.0, 1.0, 61)
+ORIGINS = 3.0 * np.linspace(-1.0, 1.0, 21)
+ORIGINS_CLOSER = 3.0 * np.linspace(-1.0, 1.0, 121)
 """Such errors by which the code is off that gains leave alone: the first edges of a comb are told
 best, by darks, and move by a step at some black level or other."""
 
@@ -81,11 +84,13 @@ class Gains:
         white_balance: the gains.
         origin_dn: the code that they leave alone; None where nothing tells it.
         fall: of chi-squared of red and blue.
+        likely: that less what photon transfer and darks say against gains and origin.
     """
 
     white_balance: WhiteBalance
     origin_dn: float | None = None
     fall: float = 0.0
+    likely: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,8 +125,7 @@ def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes |
         ways = [(c.up, k) for k, c in enumerate(COUNTING) if c.steps == steps]
         fitting = {}
         for up in {up for up, _ in ways}:
-            plain = np.zeros(len(green.pull)) if up else _to_even(len(green.pull), steps)
-            falls = {channel: float(one.fall(plain[None])[0]) for channel, one in edges.items()}
+            falls = {channel: 0.0 if up else _to_even(one, steps) for channel, one in edges.items()}
             without = max(without, sum(falls.values()))
             if _fits(green, falls["G"]):
                 fitting[up] = falls["G"]
@@ -149,28 +153,38 @@ def _gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -> tup
         )
         red, blue = (_by_origin(edges[c], edges["G"], steps, near, closer) for c in "RB")
         unlikely = np.square((closer - black_dn * about_black) / BLACK_ERROR_DN)
-        likely = red.likely + blue.likely - unlikely
-        of_darks = slice(int(black_dn) - DARK_CODES, int(black_dn) + DARK_CODES + 1)
-        seen = set()
-        for at in np.argsort(-likely):
-            if likely[at] < likely.max() - RIVAL:
+        likely = red.likely[:, None] + blue.likely - unlikely
+        of_darks = int(black_dn) + np.arange(-DARK_CODES, DARK_CODES + 1)
+        seen: set[tuple[float, ...]] = set()
+        for at in np.argsort(-likely, axis=None):
+            of_red, of_blue, of_origin = np.unravel_index(at, likely.shape)
+            if likely.flat[at] < likely.max() - RIVAL or len(seen) == MOST_RIVALS:
                 break
-            origin_dn = float(closer[at])
-            of_red = _sharper(edges["R"], steps, float(red.gains[at]), origin_dn)
-            of_blue = _sharper(edges["B"], steps, float(blue.gains[at]), origin_dn)
-            fit = _fits(edges["R"], of_red[1]) and _fits(edges["B"], of_blue[1])
-            gains = np.array([of_red[0], of_blue[0]])
-            firsts = first_steps(gains, np.full(2, origin_dn), steps, len(edges["R"].pull))
-            place = tuple(firsts[:, of_darks].ravel())
-            if fit and place not in seen:
-                seen.add(place)
+            gains = np.array([red.gains[of_red, of_origin], blue.gains[of_blue, of_origin]])
+            origin_dn = float(closer[of_origin])
+            firsts = first_steps(gains, np.full(2, origin_dn), steps, of_darks)
+            place = (of_red, of_blue, *firsts.ravel())
+            if place in seen:
+                continue
+            seen.add(place)
+            (red_gain, red_fall), (blue_gain, blue_fall) = (
+                _sharper(edges[c], steps, float(k), origin_dn)
+                for c, k in zip("RB", gains, strict=True)
+            )
+            if _fits(edges["R"], red_fall) and _fits(edges["B"], blue_fall):
                 balance = WhiteBalance(
-                    red_gain=of_red[0], blue_gain=of_blue[0], about_black=about_black
+                    red_gain=red_gain, blue_gain=blue_gain, about_black=about_black
                 )
-                fall = of_red[1] + of_blue[1]
-                tried.append(Gains(white_balance=balance, origin_dn=origin_dn, fall=fall))
-    tried.sort(key=lambda one: -one.fall)
-    return tuple(one for one in tried if one.fall > tried[0].fall - RIVAL)[:MOST_RIVALS]
+                tried.append(
+                    Gains(
+                        white_balance=balance,
+                        origin_dn=origin_dn,
+                        fall=red_fall + blue_fall,
+                        likely=float(likely.flat[at]),
+                    )
+                )
+    tried.sort(key=lambda one: -one.likely)
+    return tuple(one for one in tried if one.likely > tried[0].likely - RIVAL)[:MOST_RIVALS]
 
 
 def _sharper(own: CodeEdges, steps: float, gain: float, origin_dn: float) -> tuple[float, float]:
@@ -178,7 +192,7 @@ def _sharper(own: CodeEdges, steps: float, gain: float, origin_dn: float) -> tup
     fall, width = 0.0, GAIN_STEP / steps * gain
     for _ in range(SHARPER):
         gains = gain + width * CLOSER
-        falls = own.fall(comb(gains, np.full(len(gains), origin_dn), steps, len(own.pull)))
+        falls = own.fall(comb(gains, np.full(len(gains), origin_dn), steps, own.codes))
         # between the first and the last of those that are alike
         best = gains[falls > falls.max() - ALIKE]
         gain, fall, width = float((best[0] + best[-1]) / 2.0), float(falls.max()), width / 4.0
@@ -186,12 +200,11 @@ def _sharper(own: CodeEdges, steps: float, gain: float, origin_dn: float) -> tup
 
 
 class ByOrigin(NamedTuple):
-    """The likeliest gain for each code that gains may leave alone, (origins,) each: itself, how
-    much less chi-squared is, and that less what photon transfer says against it.
+    """Likely gains for each code that gains may leave alone, (peaks, origins) each: themselves, and
+    how much less chi-squared is by them, less what photon transfer says against them.
     """
 
     gains: Floats
-    falls: Floats
     likely: Floats
 
 
@@ -206,33 +219,32 @@ def _by_origin(
     about = own.noise_slope_dn / green.noise_slope_dn
     error = about * float(np.hypot(np.hypot(own.slope_error, green.slope_error), LEAST_ERROR))
 
-    def looked_at(gains: Floats, origins_dn: Floats) -> tuple[Floats, Floats]:
-        """By how much chi-squared is less, and that less the rest, (gains, origins) each."""
+    def looked_at(gains: Floats, origins_dn: Floats) -> Floats:
         each, origins = (grid.ravel() for grid in np.meshgrid(gains, origins_dn, indexing="ij"))
         parts = [
-            own.fall(comb(k, o, steps, len(own.pull)))
+            own.fall(comb(k, o, steps, own.codes))
             for k, o in zip(_pieces(each), _pieces(origins), strict=True)
         ]
         falls = np.concatenate(parts).reshape(len(gains), -1)
-        return falls, falls - np.square((gains[:, None] - about) / error)
+        return np.asarray(falls - np.square((gains[:, None] - about) / error))
 
     far, step = FARTHEST * error, GAIN_STEP / steps * about
     gains = about + np.arange(-far, far, step)
-    _, likely = looked_at(gains, near_dn)
-    best = likely.max(axis=1)
-    peaks = np.flatnonzero(ndimage.maximum_filter1d(best, 5) == best)
+    best = looked_at(gains, near_dn).max(axis=1)
+    peaks = np.flatnonzero(ndimage.maximum_filter1d(best, PEAK) == best)
     peaks = peaks[np.argsort(-best[peaks])[:MOST_CLOSER]]
-    gains = (gains[peaks, None] + step * CLOSER).ravel()
-    falls, likely = looked_at(gains, closer_dn)
-    which, every = likely.argmax(axis=0), np.arange(len(closer_dn))
-    return ByOrigin(gains=gains[which], falls=falls[which, every], likely=likely[which, every])
+    closer = gains[peaks, None] + step * CLOSER
+    likely = looked_at(closer.ravel(), closer_dn).reshape(*closer.shape, -1)
+    return ByOrigin(
+        gains=np.take_along_axis(closer, likely.argmax(axis=1), axis=1), likely=likely.max(axis=1)
+    )
 
 
 def _pieces(values: Floats) -> list[Floats]:
     return [values[k : k + AT_ONCE] for k in range(0, len(values), AT_ONCE)]
 
 
-def comb(gains: Floats, origins_dn: Floats, steps: float, edges: int) -> Floats:
+def comb(gains: Floats, origins_dn: Floats, steps: float, codes: NDArray[np.intp]) -> Floats:
     """Where codes end whose converter counts in steps of them, with a gain behind it.
 
     Step j comes out as o + k (j / steps - o), and is a code's if that rounds to it. An edge is half
@@ -241,25 +253,26 @@ def comb(gains: Floats, origins_dn: Floats, steps: float, edges: int) -> Floats:
     Args:
         gains, origins_dn: k and o, (n,) each.
         steps: of the converter in a code.
-        edges: how many; the first is the lower one of code 0.
+        codes: whose lower edges.
 
     Returns:
-        How far edges are from half-way between codes, in codes, (n, edges).
+        How far these are from half-way between codes, in codes, (n, codes).
     """
     k, begin = gains[:, None], (origins_dn * (1.0 - gains))[:, None]
-    first = first_steps(gains, origins_dn, steps, edges)
-    return np.asarray(k / steps * (first - 0.5) + begin - (np.arange(edges) - 0.5))
+    first = first_steps(gains, origins_dn, steps, codes)
+    return np.asarray(k / steps * (first - 0.5) + begin - (codes - 0.5))
 
 
-def first_steps(gains: Floats, origins_dn: Floats, steps: float, edges: int) -> Floats:
-    """The first step of each code, (n, edges); see `comb`."""
+def first_steps(gains: Floats, origins_dn: Floats, steps: float, codes: NDArray[np.intp]) -> Floats:
+    """The first step of each code, (n, codes); see `comb`."""
     k, begin = gains[:, None], (origins_dn * (1.0 - gains))[:, None]
-    return np.asarray(np.ceil((np.arange(edges) - 0.5 - begin) * steps / k - 1e-9))
+    return np.asarray(np.ceil((codes - 0.5 - begin) * steps / k - 1e-9))
 
 
-def _to_even(edges: int, steps: float) -> Floats:
-    """Edges of codes without a gain of which every even one takes both halves, (edges,)."""
-    return np.where(np.arange(edges) % 2 == 0, -0.5, 0.5) / steps
+def _to_even(own: CodeEdges, steps: float) -> float:
+    """By how much chi-squared is less where, without a gain, every even code takes both halves."""
+    moved = np.where(own.codes % 2 == 0, -0.5, 0.5) / steps
+    return float(own.fall(moved[None])[0])
 
 
 def _fits(own: CodeEdges, fall: float) -> bool:
