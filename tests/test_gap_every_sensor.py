@@ -201,6 +201,22 @@ def test_a_converter_of_more_bits_than_leave_the_camera_is_part_of_the_base(halv
     assert measured(around(plain, known.scenery), setting.seen).whole.p_value < 1e-6
 
 
+def test_of_gains_that_codes_leave_open_the_twins_take_the_right_one() -> None:
+    """One step in a code more or less is almost the same comb: 1.262 for 1.17, as if it were the
+    likeliest."""
+    gains = (1.06, 1.0, 1.17)
+    setting = of_another_program(LONG_DARK, whole=False, gains=gains, finer=np.round)
+    told, *_ = setting.counting.gains
+    balance = dataclasses.replace(told.white_balance, blue_gain=1.17 / (1 - 1.17 / 16))
+    wrong = dataclasses.replace(told, white_balance=balance)
+    counting = dataclasses.replace(setting.counting, gains=(wrong, told))
+    known = calibrated(dataclasses.replace(setting, counting=counting), None)
+    assert known.base.white_balance == told.white_balance
+    alone = dataclasses.replace(setting.counting, gains=(wrong,))
+    misled = calibrated(dataclasses.replace(setting, counting=alone), None)
+    assert measured(misled, setting.seen).whole.p_value < 1e-3
+
+
 def test_a_converter_of_ten_bits_is_told_by_its_wide_and_narrow_codes() -> None:
     """5 quarters and 3 in turn, read from the histogram: no gap, but for a base camera that counts
     in fractions."""

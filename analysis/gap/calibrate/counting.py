@@ -37,9 +37,6 @@ LIKELIEST = 2
 EVENER = 0.5
 """Part of the unevenness that finer codes leave where they are its cause."""
 
-A_LITTLE = 0.1
-"""Part of the variance of fixed offsets."""
-
 NO_WORSE = 1.1
 """Times chi-squared that they may leave of all figures: their twins are others."""
 
@@ -107,28 +104,12 @@ def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refin
     # where more than the histograms is wrong, whatever makes them uneven as well may be the cause
     if unevenness(found) < UNEVEN or found.misfit > FAR:
         return found
-    against = (
-        refined(reopened(base, scenery), seen, scenery, found.effects)
-        for base in finer(found.base, scenery)
-    )
+    against = (refined(base, seen, scenery, found.effects) for base in finer(found.base, scenery))
     likely = sorted(against, key=unevenness)[:LIKELIEST]
     tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
     best = min([found, *likely, *tried], key=unevenness)
-    was, left = unevenness(found), unevenness(best)
-    halved = left < EVENER * was and best.chi2 < NO_WORSE * found.chi2
-    none_left = left < UNEVEN and best.chi2 < found.chi2
-    return best if halved or none_left else found
-
-
-def reopened(base: Base, scenery: Scenery) -> Base:
-    """The camera whose dark currents may differ between photosites: by codes of another width they
-    seem not to, and what is 0 is no knob.
-    """
-    exposures = {shot.exposure_s for shot in scenery.shots}
-    if base.dark_spread2 > 0 or len(exposures) < 2:
-        return base
-    offsets_e2 = float(np.mean(base.fpn_dn2 / np.square(base.gain_dn_per_e)))
-    return dataclasses.replace(base, dark_spread2=A_LITTLE * offsets_e2 / max(exposures) ** 2)
+    halved = unevenness(best) < EVENER * unevenness(found)
+    return best if halved and best.chi2 < NO_WORSE * found.chi2 else found
 
 
 def unevenness(found: Refined) -> float:
