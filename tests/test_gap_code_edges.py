@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.look.code_edges import CodeEdges, code_edges
-from analysis.gap.look.finer_codes import FinerCodes, comb, finer_codes
+from analysis.gap.look.finer_codes import FinerCodes, comb, finer_codes, in_turn
 from analysis.gap.look.lattices import Lattice
 from sensor.frames import Frames
 from sensor.protocol import Shot
@@ -140,3 +140,13 @@ def test_other_cameras_have_no_gains_behind_finer_codes(seed: int) -> None:
         [np.rint(up(s * 16) / 16) for s in shots],
     ):
         assert finer_codes(edges_of(*counted), BLACK_DN) is None
+
+
+@pytest.mark.parametrize(("steps", "rule"), [(4, 8), (16, 5), (64, 11)])
+def test_codes_that_are_wide_and_narrow_in_turn_are_told(steps: int, rule: int) -> None:
+    """Even codes are wider by one step: by 1/64 behind 14 bits. Where halves go up none is."""
+    shots = [signal(30 + k, dark=not k) for k in range(4)]
+    found = in_turn(edges_of(*(np.rint(up(s * steps) / steps) for s in shots)))
+    assert found is not None
+    assert found.rules == (rule,)
+    assert in_turn(edges_of(*(up(up(s * steps) / steps) for s in shots))) is None

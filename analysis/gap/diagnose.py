@@ -66,7 +66,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
     best = with_likelier_gains(best, fit_half, scenery, counting.gains)
     # codes alone leave open whether means of finer ones are whole
-    other = counted(best, fit_half, scenery, enough=0.0 if counting.arithmetic in FINER else FAR)
+    open_yet = counting.gains and counting.arithmetic in FINER
+    other = counted(best, fit_half, scenery, enough=0.0 if open_yet else FAR)
     if other is not best.base:
         best = refine(other, fit_half, scenery, effects)
     if scenery.light.known:

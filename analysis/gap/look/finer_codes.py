@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from analysis.gap.look.code_edges import CodeEdges
 from sensor.effects.white_balance import WhiteBalance
-from sensor.interpolation import COUNTING
+from sensor.interpolation import COUNTING, Counting
 
 Floats = NDArray[np.float64]
 
@@ -96,17 +96,36 @@ class Gains:
 
 @dataclass(frozen=True, kw_only=True)
 class FinerCodes:
-    """A converter of more bits, and the gains behind it.
+    """A converter of more bits, and gains behind it.
 
     Attributes:
         rules: the ways of counting that it may be; see `sensor.effects.demosaic`.
-        gains: behind it, the likeliest first; others put edges of darks elsewhere.
+        gains: behind it, the likeliest first; others put edges of darks elsewhere. None are needed
+            where codes are wide and narrow in turn.
         fall: of chi-squared of all colours by the likeliest.
     """
 
     rules: tuple[int, ...]
-    gains: tuple[Gains, ...]
-    fall: float
+    gains: tuple[Gains, ...] = ()
+    fall: float = 0.0
+
+
+STEPS = sorted({c.steps for c in COUNTING if c.steps is not None and c.steps > 1})
+
+
+def in_turn(edges: Mapping[str, CodeEdges]) -> FinerCodes | None:
+    """The converter of more bits whose codes are wide and narrow in turn, as even ones take the
+    halves of steps on either side; None where codes are equally wide, or not alike in all colours.
+
+    Args:
+        edges: by channel.
+    """
+    falls = {steps: sum(_to_even(one, steps) for one in edges.values()) for steps in STEPS}
+    steps = max(STEPS, key=lambda one: falls[one])
+    fit = all(_fits(one, _to_even(one, steps)) for one in edges.values())
+    if not fit or falls[steps] < LEAST_FALL:
+        return None
+    return FinerCodes(rules=(COUNTING.index(Counting(steps=steps)),), fall=falls[steps])
 
 
 def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes | None:
@@ -122,7 +141,7 @@ def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes |
     # without gains all colours are alike: half-way between codes, or wide and narrow in turn
     without = 0.0
     best: FinerCodes | None = None
-    for steps in sorted({c.steps for c in COUNTING if c.steps is not None and c.steps > 1}):
+    for steps in STEPS:
         ways = [(c.up, k) for k, c in enumerate(COUNTING) if c.steps == steps]
         fitting = {}
         for up in {up for up, _ in ways}:

@@ -19,8 +19,8 @@ from analysis.gap.look.arithmetic import (
 )
 from analysis.gap.look.code_edges import code_edges
 from analysis.gap.look.comb import MOST_CODES
-from analysis.gap.look.finer_codes import Gains, finer_codes
-from analysis.gap.look.lattices import Lattice
+from analysis.gap.look.finer_codes import Gains, finer_codes, in_turn
+from analysis.gap.look.lattices import Lattice, channels_of
 from analysis.gap.look.whole_gains import white_balance
 from sensor.frames import Frames
 
@@ -61,15 +61,16 @@ def how_it_counts(
         black_dn: black level.
     """
     told = arithmetic_of([f.dn for f in keys], lattices)
-    first = keys[0]
-    if first.pixels != "rgb8":
-        return HowItCounts(arithmetic=told, rules=(told,))
-    if told in (IN_FRACTIONS, *TO_EVEN) and not bits and first.top_dn < MOST_CODES:
-        edges = {c: code_edges(shots, lattices, c) for c in first.channels}
-        if (finer := finer_codes(edges, black_dn)) is not None:
-            return HowItCounts(arithmetic=finer.rules[0], rules=finer.rules, gains=finer.gains)
-    balance = white_balance(counts, 2**bits)
+    coloured = keys[0].pixels == "rgb8"
+    if told in (IN_FRACTIONS, *TO_EVEN) and not bits and keys[0].top_dn < MOST_CODES:
+        edges = {c: code_edges(shots, lattices, c) for c in channels_of(lattices)}
+        # nobody multiplies a mosaic
+        finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
+        if finer is not None:
+            rules = finer.rules if finer.gains else rules_of(*finer.rules)
+            return HowItCounts(arithmetic=finer.rules[0], rules=rules, gains=finer.gains)
+    balance = white_balance(counts, 2**bits) if coloured else None
     if balance is None:
-        return HowItCounts(arithmetic=told, rules=rules_of(told))
+        return HowItCounts(arithmetic=told, rules=rules_of(told) if coloured else (told,))
     gains = Gains(white_balance=balance)
     return HowItCounts(arithmetic=OF_WHOLE_SAMPLES, rules=rules_of(told), gains=(gains,))
