@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.look.code_edges import CodeEdges, code_edges
-from analysis.gap.look.finer_codes import FinerCodes, comb, finer_codes, in_turn
+from analysis.gap.look.finer_codes import FinerCodes, finer_codes, in_turn
+from analysis.gap.look.finer_gains import comb
 from analysis.gap.look.lattices import Lattice
 from sensor.frames import Frames
 from sensor.protocol import Shot

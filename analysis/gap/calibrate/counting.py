@@ -24,7 +24,7 @@ from analysis.gap.look.arithmetic import (
     UP,
 )
 from analysis.gap.look.families import INTERPOLATION
-from analysis.gap.look.finer_codes import Gains
+from analysis.gap.look.finer_gains import Gains
 from analysis.gap.look.observation import Observation
 
 UNEVEN = 3.5

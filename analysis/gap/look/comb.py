@@ -2,8 +2,8 @@
 
 Whole codes that are multiplied or bent, and rounded again, leave out some codes and take others
 twice. Noise and light make histograms smooth, so that nothing else has such teeth, and each curve
-has its own: a gain of 1.2 leaves out every sixth code. `whole_gains`, `curve` and `finer_gains`
-read what each of them was.
+has its own: a gain of 1.2 leaves out every sixth code. `whole_gains` and `curve` read what each of
+them was.
 """
 
 from __future__ import annotations
@@ -83,17 +83,11 @@ def combs(curves: Floats, size: int) -> Floats:
         curves: what becomes of each whole code, (codes, n).
         size: number of codes; what is beyond is clipped.
     """
-    hits = taken(curves, size)
-    around = ndimage.uniform_filter1d(hits, WINDOW, axis=0)
-    return np.asarray(hits / np.maximum(around, 1e-9))
-
-
-def taken(curves: Floats, size: int) -> Floats:
-    """How often each code is hit, (size, n); see `combs`."""
     count = curves.shape[1]
     places = np.clip(np.rint(curves), 0, size - 1).astype(np.int64) + size * np.arange(count)
     hits = np.bincount(places.ravel(), minlength=size * count).reshape(count, size).T
-    return hits.astype(np.float64)
+    around = ndimage.uniform_filter1d(hits.astype(np.float64), WINDOW, axis=0)
+    return np.asarray(hits / np.maximum(around, 1e-9))
 
 
 def fitting(teeth: Teeth, figures: Floats, of_figures: Floats, near: float) -> tuple[float, float]:

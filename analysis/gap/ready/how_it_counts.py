@@ -19,7 +19,8 @@ from analysis.gap.look.arithmetic import (
 )
 from analysis.gap.look.code_edges import code_edges
 from analysis.gap.look.comb import MOST_CODES
-from analysis.gap.look.finer_codes import Gains, finer_codes, in_turn
+from analysis.gap.look.finer_codes import finer_codes, in_turn
+from analysis.gap.look.finer_gains import Gains
 from analysis.gap.look.lattices import Lattice, channels_of
 from analysis.gap.look.whole_gains import white_balance
 from sensor.frames import Frames
