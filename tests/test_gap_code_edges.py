@@ -42,7 +42,7 @@ def edges_of(*codes: np.ndarray) -> dict[str, CodeEdges]:
                 light=("lamp",) if k else (),
                 level=(1.0,) if k else (),
                 exposure_s=0.01,
-                frames=FRAMES,
+                frames=len(dn),
             ),
             pixels="rgb8",
             bits=8,
@@ -101,6 +101,16 @@ def test_noise_grows_with_the_mean_by_the_gain() -> None:
         error = own.slope_error * GAIN_DN_PER_E
         assert own.noise_slope_dn == pytest.approx(GAIN_DN_PER_E, abs=5.0 * error)
         assert own.slope_error < 0.03
+
+
+def test_shots_that_tell_nothing_change_nothing() -> None:
+    """One that is saturated all over, and one of a single frame."""
+    shots = [up(signal(3, dark=True)), up(signal(4))]
+    more = [*shots, np.full_like(shots[0], 255.0), shots[1][:1]]
+    for alone, own in zip(edges_of(*shots).values(), edges_of(*more).values(), strict=True):
+        assert own.figures == alone.figures
+        assert own.pull == pytest.approx(alone.pull)
+        assert own.noise_slope_dn == pytest.approx(alone.noise_slope_dn)
 
 
 @pytest.mark.parametrize("steps", [4.0, 16.0])

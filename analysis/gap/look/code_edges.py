@@ -35,6 +35,9 @@ BEYOND = 16
 LEVELS = 48
 """Parts of the pixels, by their means, that have a noise of their own."""
 
+FEWEST_FRAMES = 4
+"""Of a shot: two halves, each of which has a mean."""
+
 MOST_SAMPLES = 400_000
 """Of a channel in a shot; more tell the same."""
 
@@ -105,13 +108,13 @@ def code_edges(shots: Sequence[Frames], lattices: Sequence[Lattice], channel: st
     pull, information = np.zeros(edges), np.zeros((edges, edges))
     chi2, figures, along, power = 0.0, 0, 0.0, 0.0
     for frames in shots:
-        stack = _stack(frames, own)
-        if len(stack) < 4:
+        if frames.count < FEWEST_FRAMES:
             continue
+        stack = _stack(frames, own)
         means, noise_dn2, which = _levels(stack)
-        if not frames.shot.dark:
+        seen = means < CLIPPED * frames.top_dn
+        if not frames.shot.dark and seen.any():
             # a line through each shot: what is dark in it has more noise than its level tells
-            seen = means < CLIPPED * frames.top_dn
             weight = 1.0 / np.maximum(noise_dn2[seen], 0.1) ** 2
             off = means[seen] - np.average(means[seen], weights=weight)
             # the variance of m frames has a relative variance of 2 / (m - 1)
@@ -200,12 +203,12 @@ def _regression(
         return None
     below, above = _at(codes - 0.5), _at(codes + 0.5)
 
-    def derivative(order: int) -> Floats:
-        curve: Floats = density
+    def at_edges(order: int) -> tuple[Floats, Floats]:
+        """A derivative of the density, per code, at the lower and the upper edges."""
+        curve: Floats = density * FINE
         for _ in range(order):
             curve = np.gradient(curve) * FINE
-        edge = (curve + np.roll(curve, 1)) / 2.0 * FINE
-        return np.asarray(edge[above] - edge[below])
+        return (curve[below] + curve[below - 1]) / 2.0, (curve[above] + curve[above - 1]) / 2.0
 
     cumulative = np.append(0.0, np.cumsum(density))
     expected = cumulative[above] - cumulative[below]
@@ -213,13 +216,14 @@ def _regression(
     place = (codes - codes[0]) / np.ptp(codes)
     waves = 1 if dark else len(codes) // WAVE + 1
     nuisances = [expected * np.cos(np.pi * wave * place) for wave in range(waves)]
-    nuisances += [derivative(order) for order in range(4 if dark else 2)]
+    for low, high in map(at_edges, range(4 if dark else 2)):
+        nuisances.append(high - low)
     known, _ = np.linalg.qr(np.stack(nuisances, axis=1) / errors[:, None])
-    edge = (density + np.roll(density, 1)) / 2.0 * FINE
+    low, high = at_edges(0)
     slopes = np.zeros((len(codes), edges))
     row = np.arange(len(codes))
-    slopes[row, codes] = -edge[below] / errors
-    slopes[row, codes + 1] = edge[above] / errors
+    slopes[row, codes] = -low / errors
+    slopes[row, codes + 1] = high / errors
 
     def less_known(values: Floats) -> Floats:
         return np.asarray(values - known @ (known.T @ values))

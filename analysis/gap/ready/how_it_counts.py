@@ -68,7 +68,8 @@ def how_it_counts(
         # nobody multiplies a mosaic
         finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
         if finer is not None:
-            rules = finer.rules if finer.gains else rules_of(*finer.rules)
+            alone = coloured and not finer.gains
+            rules = rules_of(*finer.rules) if alone else finer.rules
             return HowItCounts(arithmetic=finer.rules[0], rules=rules, gains=finer.gains)
     balance = white_balance(counts, 2**bits) if coloured else None
     if balance is None:
