@@ -95,6 +95,19 @@ def test_codes_that_are_equally_wide_leave_chance_alone(seed: int) -> None:
         assert own.chi2 > 0.5 * own.figures
 
 
+def test_a_few_pixels_that_are_louder_than_others_take_no_part() -> None:
+    """One in a hundred jumps up by ten codes and back: a mean over the frames is then between both.
+    Without them chance is all there is, to five of its standard errors; with them chi-squared is
+    beyond any."""
+    codes = [signal(0, dark=True), signal(10)]
+    rng = np.random.default_rng(5)
+    for one in codes:
+        jumps = rng.random(one.shape[1:]) < 0.01
+        one += 10.0 * jumps * (rng.random(one.shape) < 0.4)
+    for own in edges_of(*map(up, codes)).values():
+        assert own.chi2 < own.figures + 5.0 * np.sqrt(2.0 * own.figures)
+
+
 def test_noise_grows_with_the_mean_by_the_gain() -> None:
     """To five of its own standard errors, which are those of variances of so many samples."""
     for own in edges_of(up(signal(3, dark=True)), up(signal(4))).values():

@@ -49,6 +49,9 @@ LEAST_NOISE_DN2 = 0.35
 """Noise below which the mean of whole codes does not tell where between them a pixel is, and goes
 along with an edge that lies elsewhere."""
 
+LOUD = 6.0
+"""Standard errors by which the noise of a pixel is beyond that of others and it takes no part."""
+
 WAVE = 12
 """Codes in half of the shortest wave that may be the picture's."""
 
@@ -110,7 +113,7 @@ def code_edges(shots: Sequence[Frames], lattices: Sequence[Lattice], channel: st
     for frames in shots:
         if frames.count < FEWEST_FRAMES:
             continue
-        stack = _stack(frames, own)
+        stack = _like_most(_stack(frames, own))
         means, noise_dn2, which = _levels(stack)
         seen = means < CLIPPED * frames.top_dn
         if not frames.shot.dark and seen.any():
@@ -151,6 +154,19 @@ def _stack(frames: Frames, lattices: Sequence[Lattice]) -> NDArray[np.int64]:
     step = max(1, -(-count * pixels // MOST_SAMPLES))
     each = [lattice.of(frames.dn[:count]).reshape(count, -1)[:, ::step] for lattice in lattices]
     return np.concatenate(each, axis=1).astype(np.int64)
+
+
+def _like_most(stack: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The pixels that are no louder than others of their level: those of a few that jump between
+    two levels have no normal noise about their mean. Their median is where others are as well.
+    """
+    own_dn2 = stack.var(axis=0, ddof=1)
+    in_turn = np.argsort(np.median(stack, axis=0), kind="stable")
+    # the variance of m frames has a relative variance of 2 / (m - 1)
+    loud = 1.0 + LOUD * np.sqrt(2.0 / (len(stack) - 1))
+    levels = np.array_split(in_turn, LEVELS)
+    quiet = [one[own_dn2[one] <= loud * np.median(own_dn2[one])] for one in levels if len(one)]
+    return stack[:, np.sort(np.concatenate(quiet))]
 
 
 def _levels(stack: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.intp]]:
