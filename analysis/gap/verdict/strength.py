@@ -6,8 +6,10 @@ import numpy as np
 
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.camera.handles import Handle
+from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.report import Figure
+from analysis.gap.verdict.verdict import SIGNIFICANCE
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
@@ -27,13 +29,33 @@ def figure_of(effect: Effect, p: Parameter, model: Fit, after: Measured, score: 
     if handle not in model.ways.tuned:
         return Figure(value=value, se=None, unit=p.unit)
     place = len(model.ways.knobs) + model.ways.tuned.index(handle)
-    error = float(after.errors[place])
+    error = float(after.errors[place]) * birge_ratio(after.whole)
     if not np.isfinite(error):
         return Figure(value=value, se=None, unit=p.unit)
     moved = last_step(p, value, float(after.amounts[place]))
     if p.identity is not None:
         error = max(error, least_error(p, moved, score))
     return Figure(value=moved, se=error, unit=p.unit)
+
+
+def birge_ratio(left: Distance) -> float:
+    """Factor of standard errors by which the rest of a fit is as large as chance makes it.
+
+    Errors are those of a model that is right. One that leaves more than chance does is not, and
+    some of what it leaves may have gone into its parameters: as much more as the family that fits
+    worst is off. Within chance the factor is 1.
+
+        S = sqrt(chi-squared / expected)
+
+    Reference: R. T. Birge, Phys. Rev. 40, 207 (1932).
+
+    Args:
+        left: distance of the frames from the model.
+    """
+    if left.p_value >= SIGNIFICANCE:
+        return 1.0
+    worst = min(left.p_by_family, key=lambda name: left.p_by_family[name])
+    return float(np.sqrt(1.0 + max(left.by_family[worst], 0.0)))
 
 
 def last_step(p: Parameter, value: float, by: float) -> float:
