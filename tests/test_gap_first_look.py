@@ -42,6 +42,7 @@ def shown(
         means=NOTHING,
         plain=(figures, NOTHING),
         sets=sets,
+        scenery=None,  # type: ignore[arg-type]
     )
 
 

@@ -55,6 +55,7 @@ def suspect(name: str, score: float) -> Candidate:
     return Candidate(
         effect=catalogue()[name](), base=None,  # type: ignore[arg-type]
         score=score, forward=score, absorbed=0.0, misfit=1.0,
+        scenery=None,  # type: ignore[arg-type]
     )  # fmt: skip
 
 

@@ -65,7 +65,13 @@ BASE = Base(
 def candidate(name: str, score: float) -> Candidate:
     """A suspect with a score and nothing else."""
     return Candidate(
-        effect=catalogue()[name](), base=BASE, score=score, forward=score, absorbed=0.0, misfit=1.0
+        effect=catalogue()[name](),
+        base=BASE,
+        score=score,
+        forward=score,
+        absorbed=0.0,
+        misfit=1.0,
+        scenery=None,  # type: ignore[arg-type]
     )
 
 
@@ -135,6 +141,9 @@ def test_what_calibration_takes_up_is_no_evidence_by_itself() -> None:
     rows = candidate("row_noise", 12.0)
     assert list(telling([lamp, rows], p_of_whole=0.4)) == [rows]
     assert list(telling([lamp, rows], p_of_whole=1e-4)) == [lamp, rows]
+    assert list(telling([], p_of_whole=0.4)) == []
+    far = dataclasses.replace(lamp, score=130.0)
+    assert list(telling([far, rows], p_of_whole=0.4)) == [far, rows]
     smear = dataclasses.replace(candidate("smear", 180.0), absorbed=0.93)
     glare = candidate("veiling_glare", 130.0)
     assert list(telling([smear, glare], p_of_whole=0.4)) == [smear, glare]
@@ -371,6 +380,19 @@ def test_a_last_step_does_not_take_an_effect_away(value: float, by: float, expec
     )
     assert strength.identity == 0
     assert strength_of.last_step(strength, value, by) == expected
+
+
+def test_errors_of_a_model_that_does_not_fit_are_as_much_larger() -> None:
+    """A family of 8 times the chi-squared that is expected makes errors sqrt(8) times as large, if
+    chance does not; the one with the largest share need not be the one that is beyond it."""
+
+    def left(p_value: float) -> Distance:
+        by_family = {"codes": 7.0, "level": 11.0, "rows": 0.1}
+        chances = {"codes": 1e-12, "level": 0.03, "rows": 0.4}
+        return Distance(total=0.2, by_family=by_family, p_by_family=chances, p_value=p_value)
+
+    assert strength_of.birge_ratio(left(1e-10)) == pytest.approx(np.sqrt(8.0))
+    assert strength_of.birge_ratio(left(0.2)) == 1.0
 
 
 def test_every_confusion_names_effects_that_exist() -> None:

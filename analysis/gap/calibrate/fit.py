@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.body_share import body_share
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
+from analysis.gap.calibrate.relit import Lighting, lighting
 from analysis.gap.calibrate.space import Space, figure_variances, never_moved, space_of
 from analysis.gap.calibrate.wide import beyond, fair, widened
 from analysis.gap.camera.base import Base
@@ -106,6 +108,11 @@ class Fit:
     ways: Directions
     picture: Calibration
     references: Mapping[int, Observation]
+
+    @cached_property
+    def lighting(self) -> Lighting | None:
+        """What a change of the light can do to mean images."""
+        return lighting(self.base, self.scenery, self.bodies)
 
     def calibration_for(self, seen: Observation) -> Calibration:
         """The space in which a capture is compared, less what calibration takes up.

@@ -8,6 +8,7 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.agreement import agreed
+from analysis.gap.calibrate.relit import lighting, relit
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
 from analysis.gap.camera.light import lamp_of
@@ -186,6 +188,15 @@ def moved_twins(
     def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
         return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in references)
 
+    def relit_twins(has: Sequence[Effect]) -> tuple[Observation, ...]:
+        """Twins with effects that may do what the light could do as well."""
+        how = lighting(base, scenery, next(iter(references.values())))
+        found = []
+        for seed, reference in references.items():
+            see = functools.partial(twin, base=base, effects=has, seed=seed)
+            found.append(relit(how, scenery, reference, see)[1])
+        return tuple(found)
+
     knobs = knobs_of(base, scenery)
     by_knob = {}
     for name in dict.fromkeys(knob.name for knob in knobs):
@@ -204,9 +215,9 @@ def moved_twins(
                 continue
             moves = {h: step_of(effect, p, h.channel) for h in handles}
             steps |= moves
-            other = moved(effect, moves)
+            has = [*effects[:k], moved(effect, moves), *effects[k + 1 :]]
             whole = Handle(effect=effect.name, parameter=p.name)
-            by_parameter[whole] = twins(base, [*effects[:k], other, *effects[k + 1 :]])
+            by_parameter[whole] = relit_twins(has)
     return Moved(
         references=tuple(references.values()),
         knobs=by_knob,

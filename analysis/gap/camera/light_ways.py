@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,28 +52,51 @@ class LightWay:
     images: Callable[[], Images] = dict
 
 
+def level_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
+    """Changes of the level of each lamp in each channel, of which nothing is known beforehand."""
+    for lamp, dn in _units(base, scenery).items():
+        for c, channel in enumerate(base.channels):
+            one = np.zeros_like(dn)
+            one[c] = dn[c]
+            yield LightWay(
+                means=_everywhere({lamp: one}, scenery, reference),
+                prior=FREE,
+                images=functools.partial(_in_one_channel, scenery, (lamp,), channel),
+            )
+
+
+def _units(base: Base, scenery: Scenery) -> dict[str, Floats]:
+    """What each lamp shows at level 1 in a second, in DN; see `lamp_dn`."""
+    lamps = sorted({lamp_of(shot) for shot in scenery.shots if not shot.dark})
+    return {lamp: lamp_dn(base, scenery.light, scenery.view, lamp) for lamp in lamps}
+
+
+def _everywhere(by_lamp: Mapping[str, Floats], scenery: Scenery, reference: Observation) -> Floats:
+    """Changes of what lamps show in a second, as changes of all shots."""
+    change = np.zeros(reference.means.shape[1:])
+    for k, shot in enumerate(scenery.shots):
+        if not shot.dark and lamp_of(shot) in by_lamp:
+            change[k] = by_lamp[lamp_of(shot)] * exposure_of(shot)
+    return change
+
+
 def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
     """Changes of the light alone, each with its prior."""
     shape = reference.means.shape[1:]
-    lit = [k for k, shot in enumerate(scenery.shots) if not shot.dark]
-    lamps = sorted({lamp_of(scenery.shots[k]) for k in lit})
     rates = scenery.light.rates
-    unit = {lamp: lamp_dn(base, scenery.light, scenery.view, lamp) for lamp in lamps}
-    for k in lit:
+    unit = _units(base, scenery)
+    lamps = tuple(unit)
+    for k, shot in enumerate(scenery.shots):
+        if shot.dark:
+            continue
         change = np.zeros(shape)
-        shot = scenery.shots[k]
         change[k] = unit[lamp_of(shot)] * exposure_of(shot)
         yield LightWay(means=change, prior=LEVEL_PRIOR)
     if not scenery.light.known:
         return
 
     def everywhere(by_lamp: Mapping[str, Floats]) -> Floats:
-        change = np.zeros(shape)
-        for k in lit:
-            shot = scenery.shots[k]
-            if lamp_of(shot) in by_lamp:
-                change[k] = by_lamp[lamp_of(shot)] * exposure_of(shot)
-        return change
+        return _everywhere(by_lamp, scenery, reference)
 
     down, across = reference.grid
     y = np.repeat(np.linspace(-1, 1, down), across)
@@ -107,7 +130,7 @@ def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
             yield LightWay(
                 means=everywhere({lamp: unit[lamp] * one for lamp in lamps}),
                 prior=PANEL_PRIOR,
-                images=functools.partial(_repainted, scenery, lamps, panel, base.channels[c]),
+                images=functools.partial(_in_one_channel, scenery, lamps, base.channels[c], panel),
             )
 
 
@@ -136,9 +159,11 @@ def _mask(panel: Panel, scenery: Scenery) -> Rate:
     return mask
 
 
-def _repainted(scenery: Scenery, lamps: list[str], panel: Panel, channel: str) -> Images:
-    """The light of a panel in one channel; a grey camera has all of them in one."""
-    mask = _mask(panel, scenery)
+def _in_one_channel(
+    scenery: Scenery, lamps: Sequence[str], channel: str, panel: Panel | None = None
+) -> Images:
+    """The light in one channel, of a panel or all of it; a grey camera has all colours in one."""
+    mask = np.ones((1, 1, 3), dtype=np.float32) if panel is None else _mask(panel, scenery)
     if channel != "Y":
         mask = mask * np.eye(3, dtype=np.float32)["RGB".index(channel)]
     return {lamp: scenery.light.rates[lamp] * mask for lamp in lamps}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
+from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
 from analysis.gap.measure.distance import Yardstick, yardstick
 from analysis.gap.measure.signature import Signature
@@ -74,6 +75,7 @@ class Candidate:
         forward: fall of chi-squared on the frames that score, at the strength that was fitted.
         absorbed: part of the signature that calibration takes up.
         misfit: chi-squared that it leaves of the frames that fitted it, over what is expected.
+        scenery: shots, under the light as the frames show it to a camera with the effect.
         model: everything around the camera with it, where a search for it has come to know that.
     """
 
@@ -83,6 +85,7 @@ class Candidate:
     forward: float
     absorbed: float
     misfit: float
+    scenery: Scenery
     model: Fit | None = None
 
     @property
@@ -118,6 +121,7 @@ def candidate(
         forward=forward,
         absorbed=absorbed,
         misfit=float(np.square(case.fit_left - fitted).sum() / case.fitting.spread.expected.sum()),
+        scenery=shown.scenery,
     )
 
 

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.agreement import agreed
 from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.fit import SEEDS, Fit
+from analysis.gap.calibrate.relit import relit
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.twin import twin
-from analysis.gap.look.observation import Key
+from analysis.gap.camera.twin import Scenery, twin
+from analysis.gap.look.observation import Key, Observation
 from foundation.errors import InputError
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
@@ -43,6 +44,7 @@ class Signature:
         figures, means: differences from the base that all sets of random numbers agree on.
         plain: the same with their noise, as a pair: drawn to zero by nothing.
         sets: of random numbers.
+        scenery: shots, under the light by which a camera with the effect takes the pictures.
     """
 
     effect: Effect
@@ -51,6 +53,7 @@ class Signature:
     means: Floats
     plain: tuple[Floats, Floats]
     sets: int
+    scenery: Scenery
 
     def on(self, keys: tuple[Key, ...]) -> Signature:
         """The same on the figures of another model; one that was not seen did not move."""
@@ -112,16 +115,19 @@ def signature(
         seeds: random numbers, once each, of those of `Fit.references`.
         base: figures of the camera, where they are not those of the fit.
     """
+    before = [known.references[seed] for seed in seeds]
+
+    def under(light: Scenery, seed: int) -> Observation:
+        effects = [*known.effects, effect]
+        return twin(light, base or known.base, effects=effects, seed=seed)
+
     try:
-        after = [
-            known.textured(
-                twin(known.scenery, base or known.base, effects=[*known.effects, effect], seed=seed)
-            )
-            for seed in seeds
-        ]
+        first_under = functools.partial(under, seed=seeds[0])
+        scenery, first = relit(known.lighting, known.scenery, before[0], first_under)
+        seen = [first, *(under(scenery, seed) for seed in seeds[1:])]
     except InputError:
         return None
-    before = [known.references[seed] for seed in seeds]
+    after = [known.textured(one) for one in seen]
     figures, means = agreed(before, after)
     plain = (
         np.mean([b.figures[0] - a.figures[0] for a, b in zip(before, after, strict=True)], axis=0),
@@ -134,6 +140,7 @@ def signature(
         means=means,
         plain=plain,
         sets=len(after),
+        scenery=scenery,
     )
 
 

@@ -66,11 +66,11 @@ def anew(
         told: what the frames tell of it.
         to_beat: misfit of the best of those that were calibrated before.
     """
-    known = case.known
+    known, scenery = case.known, found.scenery
 
     def against(base: Base, effect: Effect) -> Refined:
         """By its own errors: what makes figures scatter leaves much by those of others."""
-        return refined(base, case.fit_seen, known.scenery, (*known.effects, effect))
+        return refined(base, case.fit_seen, scenery, (*known.effects, effect))
 
     best, as_found = found, against(found.base, found.effect)
     likeliest = as_found
@@ -104,7 +104,7 @@ def anew(
         fitted = refine(
             begin,
             case.fit_seen,
-            known.scenery,
+            scenery,
             (*known.effects, with_it),
             steps=ANEW_STEPS if tuned else MOST_STEPS,
             tuned=found.name if tuned else "",
@@ -126,7 +126,7 @@ def anew(
             yield from from_where_it_is()
             return
         if likeliest is as_found or likeliest.misfit > MISFIT:
-            yield counted(against(even, effect), case.fit_seen, known.scenery), effect
+            yield counted(against(even, effect), case.fit_seen, scenery), effect
             yield from from_where_it_is()
         if likeliest is not as_found:
             yield channels_alike(likeliest.base), likeliest.effects[-1]
@@ -135,11 +135,11 @@ def anew(
         """The same without a change of the camera's figures."""
         as_it_was = base is found.base and effect is found.effect
         begun = as_found if as_it_was else against(base, effect)
-        as_counted = counted(begun, case.fit_seen, known.scenery)
+        as_counted = counted(begun, case.fit_seen, scenery)
         yield as_counted, effect
         # far from the camera its arithmetic cannot be seen, so all ways are gone
         for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS):
-            if rule in known.scenery.rules and rule != as_counted.arithmetic:
+            if rule in scenery.rules and rule != as_counted.arithmetic:
                 yield dataclasses.replace(base, arithmetic=rule), effect
         for other in choices(effect):
             yield as_counted, other

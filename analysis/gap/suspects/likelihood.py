@@ -50,7 +50,7 @@ def deviance(case: Case, found: Candidate) -> float:
     effects = [*known.effects, found.effect]
     bodies = together(
         [
-            known.textured(twin(known.scenery, found.base, effects=effects, seed=seed))
+            known.textured(twin(found.scenery, found.base, effects=effects, seed=seed))
             for seed in seeds_of(JUDGES)
         ]
     )

@@ -59,19 +59,19 @@ def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
     watch(f"confirming {found.name}")
     effects = (*model.effects, found.effect)
     fit_half, _ = halves(setting.seen)
-    now = refined(found.base, fit_half, model.scenery, effects)
-    step = _step(setting, choice, found.model or _around(now, model.scenery))
+    now = refined(found.base, fit_half, found.scenery, effects)
+    step = _step(setting, choice, found.model or _around(now, found.scenery))
     if step.ends:
         return step
-    base = counted(now, fit_half, model.scenery, enough=0.0)
+    base = counted(now, fit_half, found.scenery, enough=0.0)
     again = (
-        in_finer_codes(now, fit_half, model.scenery)
+        in_finer_codes(now, fit_half, found.scenery)
         if base is now.base
-        else refine(base, fit_half, model.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+        else refine(base, fit_half, found.scenery, effects, steps=ANEW_STEPS, tuned=found.name)
     )
     if again is now:
         return step
-    recounted = _step(setting, choice, _around(again, model.scenery))
+    recounted = _step(setting, choice, _around(again, found.scenery))
     return recounted if recounted.left.held.total < step.left.held.total else step
 
 
@@ -85,11 +85,10 @@ def alone(setting: Setting, known: Fit, step: Step) -> Step:
     """
     last = step.model.effects[-1]
     effects = (*known.effects, last)
+    scenery = step.model.scenery
     fit_half, _ = halves(setting.seen)
-    found = refine(
-        step.model.base, fit_half, known.scenery, effects, steps=ANEW_STEPS, tuned=last.name
-    )
-    return _step(setting, step.choice, _around(found, known.scenery))
+    found = refine(step.model.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=last.name)
+    return _step(setting, step.choice, _around(found, scenery))
 
 
 def _around(found: Refined, scenery: Scenery) -> Fit:

@@ -43,6 +43,10 @@ half of the names that were given at scores of 15 to 40 were right."""
 EQUIVALENT = 0.9
 """Part of a signature that calibration takes up, from which an effect counts as calibrated."""
 
+BEYOND_CALIBRATION = 60.0
+"""Score of such an effect that is evidence by itself. Nulls have had up to 33, where calibration's
+own directions are not quite straight: 19 was the highest of 144 of the bench (seed 17)."""
+
 TEMPER = 2.0
 """Scores are divided by this: signatures are simulated, and other people's effects are not ours."""
 
@@ -92,9 +96,9 @@ likeliest single cause, but not likelier than not, as its own signature is not t
 def telling(candidates: Sequence[Candidate], p_of_whole: float) -> Sequence[Candidate]:
     """The suspects that may be evidence of a gap, best first.
 
-    Where the whole is no more than chance makes, what calibration takes up for nine tenths is none:
-    of the tenth that is left the most is how straight calibration's own directions are. Where one
-    of the others shows a gap, any may be its cause.
+    Where the whole is no more than chance makes, what calibration takes up for nine tenths is none
+    unless it is beyond doubt: of the tenth that is left the most is how straight calibration's own
+    directions are. Where one of the others shows a gap, any may be its cause.
 
     Args:
         candidates: best first.
@@ -102,7 +106,7 @@ def telling(candidates: Sequence[Candidate], p_of_whole: float) -> Sequence[Cand
     """
     if p_of_whole < SIGNIFICANCE:
         return candidates
-    others = [c for c in candidates if c.absorbed <= EQUIVALENT]
+    others = [c for c in candidates if c.absorbed <= EQUIVALENT or c.score > BEYOND_CALIBRATION]
     shown = choose(others) is not None and both(p_of_whole, p_of_best(others)) < SIGNIFICANCE
     return candidates if shown else others
 
