@@ -28,7 +28,7 @@ from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import Setting, look
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
-from sensor.effects.row_noise import RowNoise
+from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.record import record
 from tests.short import HEIGHT, PROTOCOL, WIDTH, camera, light
@@ -58,7 +58,7 @@ def given_back(effect: Effect) -> tuple[Scenery, Observation, Observation]:
     """The light that gives back what an effect takes, a twin under it, and one without either."""
     before = twin(known().scenery, known().base, seed=3)
     see = functools.partial(seen_with, effect)
-    return *relit(known().lighting, known().scenery, before, see), before
+    return *relit(effect, known().lighting, known().scenery, before, see), before
 
 
 def shading() -> np.ndarray:
@@ -94,10 +94,12 @@ def test_means_are_those_of_the_stated_light_and_histograms_stay() -> None:
         assert seen.means[0, shot] == pytest.approx(once.means[0, shot], rel=0.01)
 
 
-def test_noise_changes_no_light() -> None:
-    """A whole row that is brighter is no change of the light."""
-    scenery, _, _ = given_back(RowNoise(sigma_e=1.0))
-    assert scenery is known().scenery
+def test_what_happens_behind_the_light_changes_none() -> None:
+    """A black level that is ten codes higher is as much as a brighter lamp for one shot, and no
+    light. Less than a third of a code is not worth it."""
+    for effect in (BlackLevelOffset(offset_e=500.0), VignettingExcess(k2=1e-4, k4=0.0)):
+        scenery, _, _ = given_back(effect)
+        assert scenery is known().scenery
 
 
 def test_light_that_nobody_stated_stays_as_the_frames_show_it() -> None:

@@ -188,13 +188,13 @@ def moved_twins(
     def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
         return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in references)
 
-    def relit_twins(has: Sequence[Effect]) -> tuple[Observation, ...]:
-        """Twins with effects that may do what the light could do as well."""
+    def relit_twins(one: Effect, has: Sequence[Effect]) -> tuple[Observation, ...]:
+        """Twins with effects, one of which may do what the light could do as well."""
         how = lighting(base, scenery, next(iter(references.values())))
         found = []
         for seed, reference in references.items():
             see = functools.partial(twin, base=base, effects=has, seed=seed)
-            found.append(relit(how, scenery, reference, see)[1])
+            found.append(relit(one, how, scenery, reference, see)[1])
         return tuple(found)
 
     knobs = knobs_of(base, scenery)
@@ -215,9 +215,9 @@ def moved_twins(
                 continue
             moves = {h: step_of(effect, p, h.channel) for h in handles}
             steps |= moves
-            has = [*effects[:k], moved(effect, moves), *effects[k + 1 :]]
+            other = moved(effect, moves)
             whole = Handle(effect=effect.name, parameter=p.name)
-            by_parameter[whole] = relit_twins(has)
+            by_parameter[whole] = relit_twins(other, [*effects[:k], other, *effects[k + 1 :]])
     return Moved(
         references=tuple(references.values()),
         knobs=by_knob,

@@ -26,7 +26,7 @@ from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import moved
 from analysis.gap.camera.light import lamp_of
-from analysis.gap.camera.light_ways import light_ways
+from analysis.gap.camera.light_ways import changed, light_ways
 from analysis.gap.camera.twin import NOT_CLIPPED, Scenery
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
@@ -276,13 +276,9 @@ def as_shown(point: Refined, scenery: Scenery) -> Scenery:
     light = scenery.light
     if not light.known:
         return scenery
-    shown = {lamp: rate.copy() for lamp, rate in light.rates.items()}
     ways = light_ways(point.base, scenery, next(iter(point.bodies.values())))
-    for way, amount in zip(ways, point.light.amounts(point.gap), strict=True):
-        for lamp, change in way.images().items():
-            shown[lamp] += np.float32(amount) * change
-    shown = {lamp: np.maximum(rate, 0.0) for lamp, rate in shown.items()}
-    return dataclasses.replace(scenery, light=dataclasses.replace(light, shown=shown))
+    shown = changed(light, light.rates, ways, point.light.amounts(point.gap))
+    return dataclasses.replace(scenery, light=shown)
 
 
 def turn(base: Base, ways: Directions, amounts: Floats) -> Base:

@@ -19,14 +19,16 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import LIGHT_FLOOR
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.light_ways import FREE, LightWay, level_ways, light_ways
+from analysis.gap.camera.light_ways import FREE, LightWay, changed, level_ways, light_ways
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
+from sensor.effect import Effect
+from sensor.signal import Quantity
 
 Floats = NDArray[np.float64]
 
-LEAST_DN = 0.1
-"""Change of the light in its brightest place from which twins are lit anew: a tenth of a code."""
+LEAST_DN = 0.3
+"""Change of the light, where it is largest, from which twins are lit anew: a third of a code."""
 
 ROUNDS = 2
 """Times that the light is read anew: what an effect takes off is a part of what it is given, and
@@ -60,12 +62,8 @@ class Lighting:
     def without(self, amounts: Floats) -> Scenery:
         """The scenery with so much of each way taken off its light."""
         light = self.scenery.light
-        shown = {lamp: rate.copy() for lamp, rate in light.falls.items()}
-        for way, amount in zip(self.ways, amounts, strict=True):
-            for lamp, change in way.images().items():
-                shown[lamp] -= np.float32(amount) * change
-        shown = {lamp: np.maximum(rate, 0.0) for lamp, rate in shown.items()}
-        return dataclasses.replace(self.scenery, light=dataclasses.replace(light, shown=shown))
+        shown = changed(light, light.falls, self.ways, -amounts)
+        return dataclasses.replace(self.scenery, light=shown)
 
 
 def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting | None:
@@ -91,21 +89,23 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
 
 
 def relit(
+    effect: Effect,
     how: Lighting | None,
     scenery: Scenery,
     before: Observation,
     seen_under: Callable[[Scenery], Observation],
 ) -> tuple[Scenery, Observation]:
-    """The light under which a change of the camera leaves pictures as they were, as far as any can.
+    """The light under which an effect leaves pictures as they were, as far as any light can.
 
     Args:
+        effect: one that acts behind the light leaves it as it is.
         how: what a change of the light can do.
         scenery: the light before.
-        before: a twin without the change.
+        before: a twin without the effect.
         seen_under: the twin with it, of the same random numbers, under some light.
     """
     seen = seen_under(scenery)
-    if how is None:
+    if how is None or effect.quantity() is not Quantity.RATE:
         return scenery, seen
     given_back = np.zeros(len(how.ways))
     for _ in range(ROUNDS):

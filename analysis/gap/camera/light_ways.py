@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.light import Rate, lamp_of
+from analysis.gap.camera.light import Light, Rate, lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
 from analysis.gap.camera.twin import Scenery, exposure_of
 from analysis.gap.look.lattices import BORDER_PX
@@ -37,6 +38,10 @@ Images = dict[str, Rate]
 """Rate images, or changes of them, by lamp."""
 
 
+def _leave(images: Images, amount: float) -> None:
+    """Change nothing."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightWay:
     """One way in which the light can differ.
@@ -44,12 +49,30 @@ class LightWay:
     Attributes:
         means: change of the block means, (shots, channels, blocks).
         prior: standard deviation of its amount.
-        images: the same change of the rate images; of a single shot's level there is none.
+        add: so much of the same change to rate images, in place; of a single shot's level there is
+            none.
     """
 
     means: Floats
     prior: float
-    images: Callable[[], Images] = dict
+    add: Callable[[Images, float], None] = _leave
+
+
+def changed(
+    light: Light, images: Mapping[str, Rate], ways: Iterable[LightWay], amounts: Floats
+) -> Light:
+    """Light that frames show as rate images with so much of each way.
+
+    Args:
+        light: as it was stated.
+        images: to begin with, by lamp.
+        ways: in which it differs.
+        amounts: of each.
+    """
+    shown = {lamp: image.copy() for lamp, image in images.items()}
+    for way, amount in zip(ways, amounts, strict=True):
+        way.add(shown, float(amount))
+    return dataclasses.replace(light, shown={k: np.maximum(v, 0.0) for k, v in shown.items()})
 
 
 def level_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
@@ -61,7 +84,7 @@ def level_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
             yield LightWay(
                 means=_everywhere({lamp: one}, scenery, reference),
                 prior=FREE,
-                images=functools.partial(_in_one_channel, scenery, (lamp,), channel),
+                add=functools.partial(_brighten, scenery, (lamp,), channel, None),
             )
 
 
@@ -106,13 +129,13 @@ def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
             yield LightWay(
                 means=everywhere({lamp: unit[lamp] * of_blocks}),
                 prior=SHADING_PRIOR,
-                images=functools.partial(_shaded, scenery, reference.grid, lamp, k),
+                add=functools.partial(_shade, scenery, reference.grid, lamp, k, 1.0),
             )
             for tint in map(np.array, TINTS if len(base.channels) > 1 else ()):
                 yield LightWay(
                     means=everywhere({lamp: tint[:, None] * unit[lamp] * of_blocks}),
                     prior=TINT_PRIOR,
-                    images=functools.partial(_shaded, scenery, reference.grid, lamp, k, tint),
+                    add=functools.partial(_shade, scenery, reference.grid, lamp, k, tint),
                 )
     for moved in (_across, _down, _scaled, _turned):
         images = {lamp: moved(rates[lamp]) for lamp in lamps}
@@ -121,7 +144,7 @@ def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
             * blocks_of(image, scenery.view, base.channels)
             for lamp, image in images.items()
         }
-        yield LightWay(means=everywhere(blocks), prior=FREE, images=functools.partial(dict, images))
+        yield LightWay(means=everywhere(blocks), prior=FREE, add=functools.partial(_add, images))
     for panel in scenery.light.panels:
         where = blocks_of(_mask(panel, scenery), scenery.view, base.channels)
         for c in range(len(base.channels)):
@@ -130,7 +153,7 @@ def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
             yield LightWay(
                 means=everywhere({lamp: unit[lamp] * one for lamp in lamps}),
                 prior=PANEL_PRIOR,
-                images=functools.partial(_in_one_channel, scenery, lamps, base.channels[c], panel),
+                add=functools.partial(_brighten, scenery, lamps, base.channels[c], panel),
             )
 
 
@@ -138,9 +161,15 @@ def _shadings(x: Floats, y: Floats) -> tuple[Floats, ...]:
     return x, y, x * x, x * y, y * y
 
 
-def _shaded(
-    scenery: Scenery, grid: tuple[int, int], lamp: str, k: int, tint: Floats | float = 1.0
-) -> Images:
+def _shade(
+    scenery: Scenery,
+    grid: tuple[int, int],
+    lamp: str,
+    k: int,
+    tint: Floats | float,
+    images: Images,
+    amount: float,
+) -> None:
     """The light of a lamp times the k-th shading, which is 1 in the middle of the last block."""
     pitch_px = scenery.view.side * scenery.view.lattices[0].step
 
@@ -150,23 +179,40 @@ def _shaded(
 
     rate = scenery.light.rates[lamp]
     y, x = np.meshgrid(along(rate.shape[0], grid[0]), along(rate.shape[1], grid[1]), indexing="ij")
-    return {lamp: np.asarray(rate * np.float32(_shadings(x, y)[k][..., None] * tint))}
+    images[lamp] += rate * np.float32(amount * _shadings(x, y)[k][..., None] * tint)
 
 
 def _mask(panel: Panel, scenery: Scenery) -> Rate:
     mask = np.zeros((scenery.body.height, scenery.body.width, 3), dtype=np.float32)
-    mask[panel.y : panel.y + panel.h, panel.x : panel.x + panel.w] = 1.0
+    mask[_area(panel)] = 1.0
     return mask
 
 
-def _in_one_channel(
-    scenery: Scenery, lamps: Sequence[str], channel: str, panel: Panel | None = None
-) -> Images:
+def _area(panel: Panel | None) -> tuple[slice, ...]:
+    """Rows and columns of a panel; all of them where there is none."""
+    if panel is None:
+        return slice(None), slice(None)
+    return slice(panel.y, panel.y + panel.h), slice(panel.x, panel.x + panel.w)
+
+
+def _brighten(
+    scenery: Scenery,
+    lamps: Sequence[str],
+    channel: str,
+    panel: Panel | None,
+    images: Images,
+    amount: float,
+) -> None:
     """The light in one channel, of a panel or all of it; a grey camera has all colours in one."""
-    mask = np.ones((1, 1, 3), dtype=np.float32) if panel is None else _mask(panel, scenery)
-    if channel != "Y":
-        mask = mask * np.eye(3, dtype=np.float32)["RGB".index(channel)]
-    return {lamp: scenery.light.rates[lamp] * mask for lamp in lamps}
+    colours = slice(None) if channel == "Y" else "RGB".index(channel)
+    area = (*_area(panel), colours)
+    for lamp in lamps:
+        images[lamp][area] += np.float32(amount) * scenery.light.rates[lamp][area]
+
+
+def _add(changes: Images, images: Images, amount: float) -> None:
+    for lamp, change in changes.items():
+        images[lamp] += np.float32(amount) * change
 
 
 def _across(rate: Rate) -> Rate:

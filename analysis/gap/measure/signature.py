@@ -123,7 +123,7 @@ def signature(
 
     try:
         first_under = functools.partial(under, seed=seeds[0])
-        scenery, first = relit(known.lighting, known.scenery, before[0], first_under)
+        scenery, first = relit(effect, known.lighting, known.scenery, before[0], first_under)
         seen = [first, *(under(scenery, seed) for seed in seeds[1:])]
     except InputError:
         return None
