@@ -81,6 +81,29 @@ def test_a_noisy_pixel_stays_one_and_a_rare_event_does_not() -> None:
     assert found == pytest.approx(between / (between + within), abs=0.1)
 
 
+def test_of_loud_pixels_those_stay_that_are_loud_by_themselves() -> None:
+    """50 pixels that jump up and down between any two frames are loud in even frames and in odd
+    ones, n / (n + 5); as many jumps of as many pixels, one each, in one of the two alone. Noise has
+    no loud pixels, and a lit shot has them where it is bright."""
+    rng = np.random.default_rng(8)
+    places = rng.permutation(HEIGHT * WIDTH)[:50]
+
+    def stay(jumps: np.ndarray, *, lit: bool = False) -> float | None:
+        noise = 120 + SIGMA * rng.normal(size=(FRAMES, HEIGHT * WIDTH))
+        codes = np.round(noise + 60.0 * jumps).reshape(1, FRAMES, HEIGHT, WIDTH)
+        found = tails(Group(codes=codes, top_dn=255, lit=lit)).get("loud pixels that stay")
+        return None if found is None else float(found[0])
+
+    jumping = np.zeros((FRAMES, HEIGHT * WIDTH))
+    jumping[:, places] = np.arange(FRAMES)[:, None] // 2 % 2
+    alone = np.zeros((FRAMES, HEIGHT * WIDTH))
+    alone[rng.integers(0, FRAMES, 50), places] = 1.0
+    assert stay(jumping) == pytest.approx(50 / 55)
+    assert stay(alone) == 0.0
+    assert stay(np.zeros(1)) == 0.0
+    assert stay(jumping, lit=True) is None
+
+
 def test_rough_edges_of_a_picture_are_no_pattern() -> None:
     """Where light of a patch meets that of the next it is rough by a tenth, a pattern has 1 %: its
     variance over the square of light is 1 in units of 1e-4, to 5 times the error of some 6,000
