@@ -12,6 +12,7 @@ from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import MOST_EFFECTS
 from analysis.gap.verdict.verdict import (
+    BEYOND_CALIBRATION,
     CLASS_SIZE,
     EQUIVALENT,
     LEAST_SCORE,
@@ -35,6 +36,7 @@ FIGURES = {
     "LARGE": f"{LARGE:g}",
     "LEAST_PART": f"{LEAST_PART:g}",
     "EDGE_FLOOR_PX": f"{EDGE_FLOOR_PX:g}",
+    "BEYOND_CALIBRATION": f"{BEYOND_CALIBRATION:g}",
     "EQUIVALENT": f"{100 * EQUIVALENT:g} %",
     "SIGNIFICANCE": f"{SIGNIFICANCE:g}",
     "LEAST_SCORE": f"{LEAST_SCORE:g}",

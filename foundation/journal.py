@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from foundation.claim import claim
 from foundation.documents import parse_json
 from foundation.errors import OutputError
 from foundation.output import new_file
@@ -40,13 +41,14 @@ class Journal:
         """Open a journal, or begin one.
 
         Raises:
-            OutputError: when it holds the results of another question, is none, or cannot be
-                written.
+            OutputError: when it holds the results of another question, is none, cannot be
+                written, or is being written by another run.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            whole, results = _read(path, question) if path.exists() else (0, {})
             with path.open("r+b" if path.exists() else "xb") as stream:
+                claim(stream, path)
+                whole, results = _read(path, question)
                 stream.truncate(whole)
                 stream.seek(whole)
                 journal = Journal(results=results, stream=stream)

@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from foundation.claim import claim
 from foundation.errors import InputError, OutputError
 from foundation.output import refuse_taken, write_checksums
 
@@ -119,18 +120,6 @@ def _sweep(work: Path) -> None:
 @contextlib.contextmanager
 def _locked(work: Path) -> Iterator[None]:
     """One run at a time; the lock of a process that was killed is free."""
-    try:
-        import fcntl
-    except ImportError:  # a system without such locks
-        yield
-        return
     with (work / LOCK).open("w") as stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise OutputError(
-                f"{work} is being filled by another run",
-                "expected to be alone",
-                "wait for it, or choose another --out",
-            ) from None
+        claim(stream, work)
         yield

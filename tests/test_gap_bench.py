@@ -44,6 +44,7 @@ from analysis.identifiability.limits import (
     limit_of,
 )
 from docs.gap_page import gap_page
+from foundation.errors import InputError
 from render.rate import RateHeader, RateImage, write_rate
 from sensor.catalogue import catalogue
 from sensor.effects.bit_truncation import BitTruncation
@@ -308,12 +309,20 @@ def test_a_run_that_was_stopped_goes_on(place: Place) -> None:
         report = GapReport(verdict="explained", effects=(gamma,), gap=NO_GAP)
         return Diagnosis(report=report, setting=None)
 
-    def go(count: int) -> list[dict[str, Any]]:
+    def go(count: int, case: str | None = None) -> list[dict[str, Any]]:
         return run_bench(
-            place, count=count, kind="null", unfitted=False, say=lambda _: None, diagnosis=told
+            place,
+            count=count,
+            kind="null",
+            case=case,
+            unfitted=False,
+            say=lambda _: None,
+            diagnosis=told,
         )
 
     assert len(go(1)) == 1
+    with pytest.raises(InputError, match="no case 'null::0:1000'"):
+        go(1, case="null::0:1000")
     rows = go(2)
     assert asked == [9, 9]
     assert [r["named"][0]["name"] for r in rows] == ["gamma", "gamma"]

@@ -29,7 +29,9 @@ def scores(of_body: bool, strength: float) -> np.ndarray:
     rng = np.random.default_rng(8)
     direction = np.full(COORDINATES, COORDINATES**-0.5)
     each = strength * direction if of_body else strength * direction / np.sqrt(2)
-    shown: Any = SimpleNamespace(effect=RowNoise(), figures=direction, means=np.empty(0))
+    shown: Any = SimpleNamespace(
+        effect=RowNoise(), figures=direction, means=np.empty(0), scenery=None
+    )
 
     def half(left: np.ndarray) -> Any:
         spread = SimpleNamespace(

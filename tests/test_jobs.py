@@ -14,6 +14,7 @@ import pytest
 
 from foundation.errors import InputError, OutputError
 from foundation.jobs import JobError, run
+from foundation.journal import Journal
 from tests.clusters import Cluster, two_workers
 
 SEEDS = {f"body-{seed}": seed for seed in range(40)}
@@ -148,6 +149,18 @@ def test_a_journal_of_threads_is_that_of_one(tmp_path: Path) -> None:
     assert threads.read_bytes() == whole.read_bytes()
     run(draws(), dict(list(backwards.items())[:9]), shared=2.0, journal=threads, threads=1)
     assert threads.read_bytes() == whole.read_bytes()
+
+
+def test_a_journal_is_written_by_one_run_alone(tmp_path: Path) -> None:
+    journal = tmp_path / "results.jsonl"
+    with (
+        Journal.open(journal, "one") as first,
+        pytest.raises(OutputError, match="another run"),
+        Journal.open(journal, "one"),
+    ):
+        pass
+    with Journal.open(journal, "one") as again:
+        assert again.results == first.results == {}
 
 
 def test_a_journal_of_another_question_is_refused(tmp_path: Path) -> None:

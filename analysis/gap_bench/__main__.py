@@ -42,6 +42,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=USUAL.seed, help="of cameras, noise and order")
     parser.add_argument("--cases", type=int, help="only the first so many")
     parser.add_argument("--kind", choices=["null", "effect", "withheld", "pair"])
+    parser.add_argument("--case", help="only this one, as in effect:vignetting_excess:8:2")
     parser.add_argument("--minutes", type=float, help="begin no case after so many")
     parser.add_argument("--workers", type=int, default=cores(), help="cases at once; one a core")
     parser.add_argument(
@@ -59,17 +60,20 @@ def main() -> int:
     )
     try:
         if options.what in ("run", "limits"):
-            run_bench(
+            rows = run_bench(
                 place,
                 count=0 if options.what == "limits" else options.cases,
                 kind=options.kind,
+                case=options.case,
                 unfitted=not options.no_unfitted,
                 minutes=options.minutes,
                 workers=options.workers,
                 scheduler=options.scheduler,
                 say=lambda words: print(words, flush=True),
             )
-        if options.what == "limits":
+        if options.what == "run" and options.case:
+            print(json.dumps(rows, indent=1))
+        elif options.what == "limits":
             print(limits_table(read_limits(place.limits)))
         else:
             show(place, options.results or latest(place), options.what == "publish")

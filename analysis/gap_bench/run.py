@@ -134,6 +134,7 @@ def run_bench(
     *,
     count: int | None = None,
     kind: str | None = None,
+    case: str | None = None,
     unfitted: bool = True,
     minutes: float | None = None,
     workers: int = 1,
@@ -147,6 +148,7 @@ def run_bench(
         place: where, and how large.
         count: how many of the cases; all by default.
         kind: only nulls, effects, withheld effects or pairs.
+        case: only the one of this name.
         unfitted: judge nulls without calibration as well.
         minutes: begin no case after so many.
         workers: cases at once.
@@ -155,7 +157,7 @@ def run_bench(
         diagnosis: what is examined.
 
     Raises:
-        InputError: for too few frames.
+        InputError: for too few frames, or a case that there is not.
     """
     if place.frames < 2 * GROUP_FRAMES:
         raise InputError(
@@ -175,6 +177,14 @@ def run_bench(
     chosen = all_cases(bench_seed=place.seed)
     if kind is not None:
         chosen = {key: case for key, case in chosen.items() if case.kind == kind}
+    if case is not None:
+        if case not in chosen:
+            raise InputError(
+                f"no case '{case}'",
+                f"expected one of {len(chosen)}, as {next(iter(chosen))}",
+                "name it by kind, effects, limits and number",
+            )
+        chosen = {case: chosen[case]}
     keys = list(chosen)[:count]
     began, done = time.monotonic(), 0
 
