@@ -382,6 +382,16 @@ def test_a_last_step_does_not_take_an_effect_away(value: float, by: float, expec
     assert strength_of.last_step(strength, value, by) == expected
 
 
+@pytest.mark.parametrize(("score", "factor"), [(20, 0.4), (40, 0.4), (70, 0.7), (100, 1), (900, 1)])
+def test_a_name_of_a_low_score_is_doubted(score: float, factor: float) -> None:
+    """By itself it has all that "none of them" leaves: half of such names were right."""
+    alone = candidate("row_noise", score)
+    (chance,) = probabilities([alone]).values()
+    chosen = choose([alone])
+    assert chosen is not None
+    assert chosen.probability == pytest.approx(factor * chance)
+
+
 def test_errors_of_a_model_that_does_not_fit_are_as_much_larger() -> None:
     """A family of 8 times the chi-squared that is expected makes errors sqrt(8) times as large, if
     chance does not; the one with the largest share need not be the one that is beyond it."""
