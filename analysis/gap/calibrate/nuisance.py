@@ -188,9 +188,10 @@ def moved_twins(
     def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
         return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in references)
 
+    how = lighting(base, scenery, next(iter(references.values()))) if effects else None
+
     def relit_twins(one: Effect, has: Sequence[Effect]) -> tuple[Observation, ...]:
         """Twins with effects, one of which may do what the light could do as well."""
-        how = lighting(base, scenery, next(iter(references.values())))
         found = []
         for seed, reference in references.items():
             see = functools.partial(twin, base=base, effects=has, seed=seed)

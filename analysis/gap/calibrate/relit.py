@@ -30,6 +30,9 @@ Floats = NDArray[np.float64]
 LEAST_DN = 0.3
 """Change of the light, where it is largest, from which twins are lit anew: a third of a code."""
 
+NOTHING_DN2 = 1e-9
+"""Variance of a block that is black and without noise."""
+
 ROUNDS = 2
 """Times that the light is read anew: what an effect takes off is a part of what it is given, and
 the error of a round is the square of the one before."""
@@ -80,7 +83,8 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
     means = np.array([way.means.ravel() for way in ways])
     picture = reference.means.mean(axis=0)
     noise = reference.noise[..., None] / (reference.samples * reference.frames)
-    weights = 1.0 / np.sqrt(noise + np.square(LIGHT_FLOOR * picture)).ravel()
+    variance = noise + np.square(LIGHT_FLOOR * picture) + NOTHING_DN2
+    weights = 1.0 / np.sqrt(variance).ravel()
     priors = np.array([0.0 if way.prior == FREE else 1.0 / way.prior for way in ways])
     columns = means * weights
     square = columns @ columns.T + np.diag(np.square(priors))
