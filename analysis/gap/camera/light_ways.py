@@ -170,7 +170,7 @@ def _shade(
     images: Images,
     amount: float,
 ) -> None:
-    """The light of a lamp times the k-th shading, which is 1 in the middle of the last block."""
+    """Add the light of a lamp times the k-th shading, 1 in the middle of the last block."""
     pitch_px = scenery.view.side * scenery.view.lattices[0].step
 
     def along(size_px: int, blocks: int) -> Floats:
@@ -203,7 +203,7 @@ def _brighten(
     images: Images,
     amount: float,
 ) -> None:
-    """The light in one channel, of a panel or all of it; a grey camera has all colours in one."""
+    """Add light in one channel, of a panel or all of it; a grey camera has all colours in one."""
     colours = slice(None) if channel == "Y" else "RGB".index(channel)
     area = (*_area(panel), colours)
     for lamp in lamps:

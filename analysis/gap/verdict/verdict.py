@@ -38,8 +38,7 @@ right, and what is in no catalogue takes the name that looks most like it."""
 
 DOUBTED = 0.4
 """Factor of the probability of a suspect that barely deserves its name: where this was tuned, about
-half of the names that were given at scores of 15 to 40 were right. On the bench (seed 17) it was
-two of four, and of those of 40 to 70 five of six."""
+half of the names that were given at scores of 15 to 40 were right."""
 
 EQUIVALENT = 0.9
 """Part of a signature that calibration takes up, from which an effect counts as calibrated."""
