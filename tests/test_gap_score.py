@@ -33,13 +33,13 @@ def scores(of_body: bool, strength: float) -> np.ndarray:
         effect=RowNoise(), figures=direction, means=np.empty(0), scenery=None
     )
 
-    def half(left: np.ndarray) -> Any:
+    def part(size: float) -> Any:
+        """Frames in which the signature has so many standard errors."""
         spread = SimpleNamespace(
-            alike=np.full(COORDINATES, float(of_body)),
             residuals=np.zeros((1, COORDINATES)),
             expected=np.array([float(COORDINATES)]),
         )
-        space = SimpleNamespace(vector=lambda figures, means: figures)
+        space = SimpleNamespace(vector=lambda figures, means: size * figures)
         return SimpleNamespace(turned=SimpleNamespace(space=space, left=lambda v: v), spread=spread)
 
     found = []
@@ -47,7 +47,11 @@ def scores(of_body: bool, strength: float) -> np.ndarray:
         first, second = rng.standard_normal((2, COORDINATES))
         lefts = (each + first, each + (first if of_body else second))
         case: Any = SimpleNamespace(
-            fitting=half(lefts[0]), scoring=half(lefts[1]), fit_left=lefts[0], score_left=lefts[1]
+            whole=part(1.0 if of_body else float(np.sqrt(2))),
+            fitting=part(1.0),
+            scoring=part(1.0),
+            fit_left=lefts[0],
+            score_left=lefts[1],
         )
         amount = float(direction @ lefts[0])
         found.append(_scored(case, shown, amount))

@@ -26,13 +26,15 @@ class Case:
 
     Attributes:
         known: the model, calibrated.
-        fitting, scoring: spaces of the frames that fit and of those that score.
+        whole: space of all frames.
+        fitting, scoring: the same of the frames that fit and of those that score.
         fit_seen, score_seen: what was seen of each.
         fit_gap: the capture's difference from the model, in the space of the frames that fit.
         fit_left, score_left: what calibration leaves of it in each space.
     """
 
     known: Fit
+    whole: Yardstick
     fitting: Yardstick
     scoring: Yardstick
     fit_seen: Observation
@@ -42,18 +44,20 @@ class Case:
     score_left: Floats
 
 
-def case_of(known: Fit, spread: Spread, fit_seen: Observation, score_seen: Observation) -> Case:
+def case_of(known: Fit, whole: Yardstick, fit_seen: Observation, score_seen: Observation) -> Case:
     """A capture against a model.
 
     Args:
         known: the model.
-        spread: of its twins.
+        whole: the yardstick of all frames.
         fit_seen, score_seen: the two halves, textured.
     """
+    spread = whole.spread
     fitting, scoring = yardstick(known, spread, fit_seen), yardstick(known, spread, score_seen)
     gap = fitting.turned.space.of(fit_seen)
     return Case(
         known=known,
+        whole=whole,
         fitting=fitting,
         scoring=scoring,
         fit_seen=fit_seen,
@@ -106,18 +110,19 @@ def candidate(
         absorbed: part of the signature that calibration takes up.
         amount: part of the signature that least squares found, where it was not followed further.
     """
-    fitted = amount * case.fitting.turned.left(vector(case.fitting.turned.space, shown))
-    scored = amount * case.scoring.turned.left(vector(case.scoring.turned.space, shown))
-    forward = float(_gain(case.score_left, scored).sum())
+    whole, fitted, scored = (
+        amount * one.turned.left(vector(one.turned.space, shown))
+        for one in (case.whole, case.fitting, case.scoring)
+    )
+    forward = _gain(case.score_left, scored)
     norm = float(scored @ scored)
     back = float(scored @ case.score_left) / norm if norm > 0 else 0.0
-    in_common = _in_common(case.scoring.spread, scored)
-    said = _said_anew(case.scoring.spread, len(scored))
+    said = forward + _gain(case.fit_left, back * fitted)
+    anew = _said_anew(whole, fitted, scored)
     return Candidate(
         effect=shown.effect,
         base=base,
-        score=float(said @ (_gain(case.score_left, scored) + _gain(case.fit_left, back * fitted)))
-        / in_common,
+        score=said * anew / in_common(case.scoring.spread, scored),
         forward=forward,
         absorbed=absorbed,
         misfit=float(np.square(case.fit_left - fitted).sum() / case.fitting.spread.expected.sum()),
@@ -130,30 +135,36 @@ def vector(space: Space, shown: Signature) -> Floats:
     return space.vector(shown.figures, shown.means)
 
 
-def _gain(left: Floats, explained: Floats) -> Floats:
-    """By how much chi-squared falls, coordinate by coordinate."""
-    return explained * (2 * left - explained)
+def _gain(left: Floats, explained: Floats) -> float:
+    """By how much chi-squared falls."""
+    return float(explained @ (2 * left - explained))
 
 
-def _said_anew(spread: Spread, size: int) -> Floats:
-    """What each coordinate of the two halves of the frames counts.
+def _said_anew(whole: Floats, fitted: Floats, scored: Floats) -> float:
+    """Part of what the two halves of the frames say of a signature that they do not both say.
 
     Noise in time is another one in each half. The pattern of the body and the light are the same,
-    so that what fits one half by chance fits the other as well: both together say it once. The mean
-    of two figures with a correlation of r has (1 + r) / 2 of the variance of each. A score of n
-    standard errors is then n^2 for either kind.
+    so that what fits one half by chance fits the other as well: both together say no more than all
+    frames do at once. A score of n standard errors is then n^2 for any kind.
+
+    Args:
+        whole, fitted, scored: the signature in standard errors of all frames and of each half.
     """
-    alike = np.ones(size)
-    alike[: len(spread.alike)] = spread.alike
-    return np.asarray(1.0 / (1.0 + alike))
+    twice = float(fitted @ fitted + scored @ scored)
+    return float(whole @ whole) / twice if twice > 0 else 1.0
 
 
 BORROWED = 6.0
 """Twins' worth of trust that figures have nothing in common."""
 
 
-def _in_common(spread: Spread, direction: Floats) -> float:
-    """Variance of the twins along a direction; 1 where figures have nothing in common."""
+def in_common(spread: Spread, direction: Floats) -> float:
+    """Variance of the twins along a direction; 1 where figures have nothing in common.
+
+    Args:
+        spread: of the twins.
+        direction: what calibration leaves of a signature.
+    """
     norm = float(direction @ direction)
     if norm == 0:
         return 1.0

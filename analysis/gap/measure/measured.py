@@ -64,7 +64,7 @@ def measured(known: Fit, seen: Observation) -> Measured:
     rod = yardstick(known, spread, textured)
     gap = rod.turned.space.of(textured)
     left = rod.turned.left(gap)
-    case = case_of(known, spread, fit_half, score_half)
+    case = case_of(known, rod, fit_half, score_half)
     return Measured(
         rod=rod,
         left=left,
