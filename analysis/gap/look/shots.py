@@ -74,7 +74,9 @@ def plan(capture: Capture) -> Plan | None:
 
 
 def _key_shots(usable: list[Frames]) -> list[str]:
-    """The dark extremes, the brightest of each lamp, then levels in between: in capture order."""
+    """The dark extremes, the brightest of each lamp, then levels in between: in capture order. A
+    shot that repeats frames takes the place of the last of them, where none of them does.
+    """
     darks = sorted((f for f in usable if f.shot.dark), key=lambda f: f.shot.exposure_s)
     chosen: list[Frames] = [*darks[-1:]]
     lamps: dict[tuple[str, ...], list[Frames]] = {}
@@ -88,6 +90,11 @@ def _key_shots(usable: list[Frames]) -> list[str]:
     chosen += [rungs[len(rungs) // 3] for rungs in ladders if len(rungs) > 1]
     chosen += darks[1:-1] + [f for rungs in ladders for f in rungs]
     distinct = list(dict.fromkeys(f.shot.label for f in chosen))[:KEY_SHOTS]
+    # a cable drops frames of any shot, and few of them
+    dropped = {f.shot.label: int(repeats(f.dn).sum()) for f in usable}
+    most = max(dropped, key=lambda label: dropped[label])
+    if dropped[most] and not any(dropped[label] for label in distinct):
+        distinct[-1] = most
     return [f.shot.label for f in usable if f.shot.label in distinct]
 
 
@@ -108,5 +115,5 @@ def stack_of(frames: Frames, plan: Plan) -> Stack:
         label=frames.shot.label,
         lit=not frames.shot.dark,
         groups=np.split(fresh(taken, wanted), plan.groups),
-        repeated=float(repeats(taken).mean()),
+        repeated=float(repeats(frames.dn).mean()),
     )
