@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 
 from analysis.gap.ready.mixed import LEAST_PART, matrix_of, mixed
+from sensor.effects.color_matrix import ColorMatrix
 from sensor.frames import Frames
 from tests.mosaic import MOSAIC, filled_in, lit
 
@@ -40,6 +41,20 @@ def test_the_matrix(matrix: np.ndarray, seed: int) -> None:
     told = mixed(shot(picture(matrix, seed)), MOSAIC)
     assert told is not None
     assert np.abs(matrix_of(told) - matrix).max() < 5 * 2.4 / np.sqrt(n)
+
+
+def test_colours_that_are_more_vivid_are_one_number_before_they_are_six() -> None:
+    """The saturation is half as uncertain as a part: it is read from six of them."""
+    n = FRAMES * (HEIGHT - 16) * (WIDTH - 16) / 4
+    told = mixed(shot(picture(ColorMatrix(saturation=1.2).matrix, 3)), MOSAIC)
+    assert told is not None
+    assert told.instead is not None
+    assert told.hints["saturation"] == pytest.approx(1.2, abs=5 * 2.4 / np.sqrt(n))
+    assert told.hints["next_colour"] == told.hints["last_colour"] == 0.0
+    assert told.instead.hints["saturation"] == 1.0
+    other = mixed(shot(picture(VIVID, 3)), MOSAIC)
+    assert other is not None
+    assert other.instead is None
 
 
 @pytest.mark.parametrize("seed", range(6, 16))

@@ -28,11 +28,13 @@ class Told:
         hints: the parameters.
         exact: whether they are told to the last digit: no fit is better.
         base: where the camera begins with it, if that is better known than what fits without.
+        instead: the same told otherwise, for where these parameters leave something.
     """
 
     hints: Hints
     exact: bool = True
     base: Base | None = None
+    instead: Told | None = None
 
 
 HINT_FRAMES = 16

@@ -61,8 +61,13 @@ def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
     error = np.sqrt(np.square(first - second).sum() / 6) / 2
     most = float(off.max())
     a_matrix = in_common(whole, best) < MOST_IN_COMMON * most
-    told = most > max(LEAST_PART, CLEAR * error) and a_matrix
-    return Told(hints=_parts(best), exact=False) if told else None
+    if most <= max(LEAST_PART, CLEAR * error) or not a_matrix:
+        return None
+    in_parts = Told(hints=_parts(best), exact=False)
+    vivid = _vivid(best)
+    if vivid is None:
+        return in_parts
+    return Told(hints=NO_PARTS | {"saturation": vivid}, exact=False, instead=in_parts)
 
 
 def covariances(
@@ -112,6 +117,26 @@ def in_common(by_lattice: dict[str, Floats], mix: Floats) -> float:
     left = undo @ greens @ undo.T
     sigma = np.sqrt(np.diag(left))
     return float(np.abs(left / np.outer(sigma, sigma) - np.eye(3)).max())
+
+
+NO_PARTS: dict[str, float | Colours] = {"next_colour": 0.0, "last_colour": 0.0}
+
+MOSTLY = 0.8
+BLURRED = 0.02
+"""Part of the squares of a matrix that a saturation has, and what is left of any part of it, from
+and up to which it is first of all that: codes that are rounded twice blur six parts by a hundredth,
+and one number is likelier than six."""
+
+
+def _vivid(mix: Floats) -> float | None:
+    """The saturation that is nearest to a matrix; None where the matrix is something else."""
+    off = ~np.eye(3, dtype=bool)
+    one = (ColorMatrix(saturation=2.0).matrix - np.eye(3))[off]
+    parts = mix[off]
+    amount = float(one @ parts / (one @ one))
+    left = parts - amount * one
+    mostly = np.square(left).sum() < (1.0 - MOSTLY) * np.square(parts).sum()
+    return 1.0 + amount if mostly and np.abs(left).max() < BLURRED else None
 
 
 def _parts(mix: Floats) -> dict[str, float | Colours]:

@@ -73,7 +73,7 @@ def attribute(
     for found in evident:
         watch(found.name)
         so_far = min((c.misfit for c in by_word), default=np.inf)
-        by_word.append(anew(case, _as_it_is(case, found), found.effect, told[found.name], so_far))
+        by_word.append(_as_told(case, found, told[found.name], so_far))
     by_search = _pursued(case, at_strength, by_word, watch)
     by_following = judged(case, [*by_word, *by_search], _unexplained(case))
     as_adapted = [_as_adapted(case, a) for a in at_strength]
@@ -81,6 +81,23 @@ def attribute(
     # of a suspect that was followed that is what counts
     unique = {c.name: c for c in reversed([*by_following, *as_adapted, *as_they_are])}
     return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
+
+
+def _as_told(case: Case, found: Evidence, told: Told, to_beat: float) -> Candidate:
+    """A suspect calibrated with what frames tell of it; told otherwise where that leaves something.
+
+    Args:
+        case: the capture.
+        found: the suspect, as it begins.
+        told: what the frames tell of it.
+        to_beat: misfit of the best of those that were calibrated before.
+    """
+    best = anew(case, _as_it_is(case, found), found.effect, told, to_beat)
+    if told.instead is None or best.misfit <= MISFIT:
+        return best
+    first = dataclasses.replace(found.effect, **told.instead.hints)
+    other = anew(case, best, first, told.instead, min(to_beat, best.misfit))
+    return min(best, other, key=lambda one: one.misfit)
 
 
 def _at_strength(

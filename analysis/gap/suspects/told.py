@@ -53,7 +53,7 @@ def told_by(setting: Setting) -> dict[str, Told]:
     if curve := told.get(Gamma.name):
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
     if mix := mixed(setting.key_frames, setting.scenery.view.lattices):
-        told[ColorMatrix.name] = dataclasses.replace(mix, base=unmixed(setting, mix))
+        told[ColorMatrix.name] = _with_bases(setting, mix)
     if room := lit_room(setting):
         told[AmbientLight.name] = room
     if spots := hot(setting):
@@ -62,6 +62,12 @@ def told_by(setting: Setting) -> dict[str, Told]:
     if Jpeg.name not in told and (smooth := filtered(setting)):
         told[SpatialDenoise.name] = smooth
     return told
+
+
+def _with_bases(setting: Setting, mix: Told) -> Told:
+    """A matrix as it is told, and as it may be told otherwise, with the camera in front of each."""
+    instead = None if mix.instead is None else _with_bases(setting, mix.instead)
+    return dataclasses.replace(mix, base=unmixed(setting, mix), instead=instead)
 
 
 def hints_of(case: Case) -> dict[str, Hints]:
