@@ -5,12 +5,15 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from analysis.gap.diagnose import Diagnosis
+from analysis.gap.measure.case import BORROWED, in_common
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
@@ -41,6 +44,7 @@ from analysis.identifiability.limits import (
     between,
     default_of,
     effect_of,
+    error_between,
     limit_of,
 )
 from docs.gap_page import gap_page
@@ -86,7 +90,6 @@ def row(kind: str, truth: list[str], severity: float, **changed: Any) -> dict[st
             for name in truth
         ],
         "parameters": {name: {"sigma_e": 2.0} for name in truth},
-        "strengths": {name: ["sigma_e"] for name in truth},
         "shrink": 0.99,
         "at_floor": False,
     }
@@ -119,6 +122,15 @@ def test_cases_are_all_there_once_and_any_beginning_is_a_fair_sample() -> None:
         share = kinds.count(kind) / len(kinds)
         # 4.5 standard errors: 1e-5 for four kinds
         assert abs(start.count(kind) - 200 * share) < 4.5 * np.sqrt(200 * share * (1 - share))
+
+
+def test_strengths_of_a_band_are_as_likely_by_their_logarithm() -> None:
+    """Kolmogorov and Smirnov's test of the octave of each case, at 1 in 10^5."""
+    of_effects = [case for case in all_cases().values() if case.kind in ("effect", "withheld")]
+    octaves = [np.log2(case.strength / case.severity) for case in of_effects]
+    assert stats.kstest(octaves, "uniform").pvalue > 1e-5
+    pair = next(case for case in all_cases().values() if case.kind == "pair")
+    assert pair.strength == pair.severity
 
 
 def test_wilson_interval_has_its_closed_form() -> None:
@@ -212,11 +224,12 @@ def test_strength_follows_the_detection_limit_and_its_range() -> None:
         case = Case(kind="effect", effects=("row_noise",), severity=severity)
         (made,) = effects_of(case, known)
         assert isinstance(made, RowNoise)
-        assert made.sigma_e == pytest.approx(2.0 * severity)
+        assert made.sigma_e == pytest.approx(2.0 * case.strength)
+        assert severity <= case.strength < 2.0 * severity
     strongest = next(p.maximum for p in RowNoise.parameters() if p.name == "sigma_e")
     weak = limit("row_noise", parameters={"sigma_e": {"value": strongest / 2, "unit": "e-"}})
     case = Case(kind="effect", effects=("row_noise",), severity=8.0)
-    assert "cannot be 8" in str(effects_of(case, {"row_noise": weak}))
+    assert "cannot be" in str(effects_of(case, {"row_noise": weak}))
     assert "not seen" in str(effects_of(case, {"row_noise": limit("row_noise", z=1.0)}))
     in_steps = [
         Case(kind="effect", effects=("bit_truncation",), severity=severity)
@@ -253,6 +266,31 @@ def test_products_of_different_draws_have_no_noise_of_their_own() -> None:
     signal[0] = 3.0
     found = [between(signal + draw.standard_normal((4, 1000))) for _ in range(400)]
     assert abs(np.mean(found) - 9.0) < 4.5 * np.std(found) / np.sqrt(len(found))
+
+
+def test_the_error_of_a_mean_product_is_that_of_its_scatter() -> None:
+    """Jackknife against 400 trials, within 4.5 standard errors: 6 draws know it to a third each."""
+    draw = np.random.default_rng(2)
+    signal = np.zeros(200)
+    signal[0] = 8.0
+    drawn = [signal + draw.standard_normal((6, 200)) for _ in range(400)]
+    scatter = np.std([between(rows) for rows in drawn])
+    squares = np.array([error_between(rows) ** 2 for rows in drawn])
+    error = np.hypot(squares.std() / np.sqrt(400), scatter**2 * np.sqrt(2 / 400))
+    # the jackknife counts the products of two draws' noise twice: a part of 200 / (200 + 4 * 320)
+    assert scatter**2 - 4.5 * error < squares.mean() < 1.3 * scatter**2 + 4.5 * error
+
+
+def test_figures_that_have_something_in_common_tell_less() -> None:
+    """Twins that scatter with a variance of 4 along a direction: 200, and 6 that are borrowed."""
+    draw = np.random.default_rng(3)
+    residuals = draw.standard_normal((200, 2)) * [2.0, 1.0]
+    spread: Any = SimpleNamespace(residuals=residuals)
+    along, across = (in_common(spread, np.array(d)) for d in ([3.0, 0.0], [0.0, 3.0]))
+    # 4.5 standard errors of a variance of 200
+    assert along == pytest.approx((200 * 4 + BORROWED) / (200 + BORROWED), rel=4.5 * 0.1)
+    assert 1.0 <= across < 1.0 + 4.5 * 0.1
+    assert in_common(spread, np.zeros(2)) == 1.0
 
 
 COUNT = ("demosaic", "quantization")
@@ -399,8 +437,8 @@ def test_what_begins_at_a_threshold_is_found_there_and_counts_as_strong(z: float
     assert effect_of(found, RowNoise).sigma_e == pytest.approx(7.0, rel=0.1)  # type: ignore[attr-defined]
     assert found.z == pytest.approx(z)
     case = Case(kind="effect", effects=("row_noise",), severity=2.0)
-    assert severity_of(case, found) == pytest.approx(2 * z / STANDARD_ERRORS)
-    assert severity_of(case, limit("row_noise", z=5.2)) == 2.0
+    assert severity_of(case, found) == pytest.approx(case.strength * z / STANDARD_ERRORS)
+    assert severity_of(case, limit("row_noise", z=5.2)) == case.strength
     assert severity_of(case, limit("row_noise", z=40.0, steps=True)) == 8.0
 
 

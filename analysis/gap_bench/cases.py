@@ -15,7 +15,7 @@ from sensor.catalogue import catalogue
 Kind = Literal["null", "effect", "withheld", "pair"]
 
 SEVERITIES = (1.0, 2.0, 4.0, 8.0)
-"""Strengths of an effect in its detection limits."""
+"""Least strengths of an effect in its detection limits: each case is up to twice as strong."""
 
 WITHHELD_SEVERITIES = (2.0, 4.0, 8.0)
 PAIR_SEVERITY = 4.0
@@ -33,7 +33,7 @@ class Case:
     Attributes:
         kind: null has no effect; withheld has one that the diagnosis is not told of.
         effects: names of what is in the frames.
-        severity: strength of each in detection limits.
+        severity: least strength of each in detection limits.
         seed: number of the case among its like.
         bench_seed: another one gives the same list of cases with other cameras and noise.
     """
@@ -57,6 +57,15 @@ class Case:
         """
         name = f"{self.key}/{self.bench_seed}".encode()
         return int.from_bytes(hashlib.blake2b(name, digest_size=4).digest())
+
+    @property
+    def strength(self) -> float:
+        """Of its effect in detection limits: in a band of severities all are as likely, by their
+        logarithm. Effects of a pair are all of one strength.
+        """
+        if self.kind == "pair":
+            return self.severity
+        return self.severity * float(2.0 ** np.random.default_rng((self.number, 2)).uniform())
 
 
 def suspects() -> list[str]:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from analysis.gap.measure.signature import strengths
 from analysis.gap.verdict.verdict import EQUIVALENT, SIGNIFICANCE
 from analysis.identifiability.limits import Limit
+from sensor.catalogue import catalogue
 
 Row = Mapping[str, Any]
 """What `examine` says of a case."""
@@ -234,12 +236,13 @@ def _severity(rows: Sequence[Row]) -> list[Line]:
     for row in rows:
         answer, truth = row["named"][0], row["parameters"]
         name = answer["name"]
-        for p in row["strengths"].get(name, []):
-            value, se = answer["parameters"].get(p, [None, None])
-            true = truth[name].get(p)
-            if value is None or true is None or not se or true == 0:
+        for p in strengths(catalogue()[name]):
+            value, se = answer["parameters"].get(p.name, [None, None])
+            true = truth[name].get(p.name)
+            off = p.identity or 0.0
+            if value is None or true is None or not se or true == off:
                 continue
-            errors.append(abs(value - true) / abs(true))
+            errors.append(abs((value - true) / (true - off)))
             covered.append(abs(value - true) <= NOMINAL_90 * se)
     inside = Share(hits=sum(covered), cases=len(covered))
     share_inside = inside.value

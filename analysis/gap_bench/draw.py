@@ -202,9 +202,9 @@ def effects_of(case: Case, limits: Mapping[str, Limit]) -> tuple[Effect, ...] | 
             continue
         if not limit.reached:
             return f"{name} is not seen by this protocol at its strongest"
-        strong = scaled(least, case.severity)
-        if not at_strength(least, strong, case.severity):
-            return f"{name} cannot be {case.severity:g} detection limits strong"
+        strong = scaled(least, case.strength)
+        if not at_strength(least, strong, case.strength):
+            return f"{name} cannot be {case.strength:.2g} detection limits strong"
         made.append(strong)
     return tuple(made)
 

@@ -15,8 +15,8 @@ from analysis.gap.calibrate.fit import around
 from analysis.gap.calibrate.nuisance import Directions
 from analysis.gap.camera.base import Base
 from analysis.gap.diagnose import Diagnosis, diagnose
+from analysis.gap.look.repeats import repeats
 from analysis.gap.measure.measured import measured
-from analysis.gap.measure.signature import strengths
 from analysis.gap.ready.setting import look
 from analysis.gap_bench.cases import Case
 from analysis.gap_bench.draw import camera_of, capture_of, effects_of
@@ -73,6 +73,10 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
         (limit,) = own.values()
         row |= {"severity": severity_of(case, limit), "absorbed": limit.absorbed}
     capture, camera = capture_of(case, camera, effects, bench.light, bench.frames)
+    if any(effect.repeats for effect in effects) and not any(
+        repeats(frames.dn).any() for frames in capture.frames
+    ):
+        return row | {"skipped": "none of these frames was dropped"}
     kinds = [
         kind
         for name, kind in catalogue().items()
@@ -82,7 +86,6 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
     gap = report.gap
     row |= {
         "parameters": {effect.name: numbers(effect) for effect in effects},
-        "strengths": {effect.name: [p.name for p in strengths(type(effect))] for effect in effects},
         "verdict": report.verdict,
         "named": [
             {

@@ -64,4 +64,4 @@ def severity_of(case: Case, limit: Limit) -> float:
     part = limit.z / STANDARD_ERRORS
     if limit.steps:
         return part
-    return case.severity * (part if part > THRESHOLD else 1.0)
+    return case.strength * (part if part > THRESHOLD else 1.0)

@@ -4,10 +4,12 @@ An effect of strength a shifts figures and mean image by s(a). Calibration takes
 what is left, s' = s - P s in units of standard errors, is how far the fitted effect stands from
 zero:
 
-    z(a)^2 = |s'(a)|^2 = mean over i != j of s'_i . s'_j
+    z(a)^2 = |s'(a)|^2 / v = mean over i != j of s'_i . s'_j / v
 
 for signatures s_i by different random numbers. Products of different ones have no noise of their
-own in their mean, which the square of one signature would. A long way is not straight: a camera
+own in their mean, which the square of one signature would. The v is by how much more twins of the
+camera scatter along s' than they would if its figures had nothing in common: 1 for an effect that
+shows in a few figures, 2 or 3 for one that shows in histograms. A long way is not straight: one
 that is calibrated to a strong effect is turned by what P s says and looked at again, so that only
 what no camera without the effect shows is left.
 """
@@ -26,8 +28,11 @@ from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit
 from analysis.gap.calibrate.refine import turn
 from analysis.gap.camera.base import Base
+from analysis.gap.camera.handles import NOTHING
 from analysis.gap.camera.twin import twin
+from analysis.gap.measure.case import in_common
 from analysis.gap.measure.signature import scaled, signature, starts, strengths
+from analysis.gap.measure.twins_spread import Spread, spread_of
 from sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -35,7 +40,14 @@ Floats = NDArray[np.float64]
 STANDARD_ERRORS = 5.0
 """At the detection limit."""
 
-LIMIT_SEEDS = tuple(range(FIRST_SEED + 100, FIRST_SEED + 104))
+LIMIT_SEEDS = tuple(range(FIRST_SEED + 100, FIRST_SEED + 116))
+"""Random numbers of the signatures; no more of them than are needed."""
+
+FEWEST = 4
+SURE = 0.3
+"""Standard error of z^2, as a part of it or of that at the limit, from which no more are asked. A
+search stops where z comes out as 5, and stops too soon on noise."""
+
 ROUNDS = 12
 LEAST_Z = 0.2
 """Smaller ones are noise: where to go from there is a guess."""
@@ -52,8 +64,9 @@ CALIBRATIONS = 2
 LEAST_TAKEN_UP = 100.0
 """Chi-squared taken up from which another step is made: ten standard errors are straight enough."""
 
-SMALLEST, LARGEST = 1e-4, 1e4
-"""Factors of the default strength between which a limit is looked for."""
+SMALLEST, LARGEST = 2 * NOTHING, 1e4
+"""Factors of the default strength between which a limit is looked for. Less than the smallest does
+nothing but round otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,6 +102,7 @@ def limits(
 ) -> dict[str, Limit]:
     """Detection limits by name of effect, in captures of so many groups of frames."""
     turned = calibration(known.space(groups), known.ways)
+    spread = spread_of(known, groups)
     others = {
         seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
         for seed in LIMIT_SEEDS
@@ -97,12 +111,20 @@ def limits(
     found = {}
     for kind in kinds:
         watch(kind.name)
-        found[kind.name] = limit_of(kind, lambda effect: shown(effect, known, turned))
+        found[kind.name] = limit_of(kind, lambda effect: shown(effect, known, turned, spread))
     return found
 
 
-def shown(effect: Effect, known: Fit, turned: Calibration) -> tuple[float, float]:
-    """Chi-squared of an effect's signature after calibration, and before; below 0 by chance."""
+def shown(effect: Effect, known: Fit, turned: Calibration, spread: Spread) -> tuple[float, float]:
+    """Square of how many standard errors an effect stands from zero after calibration, and before;
+    below 0 by chance.
+
+    Args:
+        effect: with its parameters.
+        known: the camera without it.
+        turned: the space of a capture, less what calibration takes up.
+        spread: of the twins of the camera.
+    """
     base = known.base
     vectors = _vectors(effect, known, base, turned)
     if vectors is None:
@@ -119,14 +141,26 @@ def shown(effect: Effect, known: Fit, turned: Calibration) -> tuple[float, float
         if again is None:
             break
         vectors = again
-    return between(turned.left(vectors)), whole
+    left = turned.left(vectors)
+    scatter = in_common(spread, left.mean(axis=0))
+    return between(left) / scatter, whole / scatter
 
 
 def _vectors(effect: Effect, known: Fit, base: Base, turned: Calibration) -> Floats | None:
-    """A camera with an effect against the one without, by each set of random numbers."""
-    found = [signature(effect, known, seeds=(seed,), base=base) for seed in LIMIT_SEEDS]
-    shown = [turned.space.vector(one.figures, one.means) for one in found if one is not None]
-    return np.array(shown) if len(shown) == len(LIMIT_SEEDS) else None
+    """A camera with an effect against the one without, by as many sets of random numbers as it
+    takes.
+    """
+    rows: list[Floats] = []
+    for seed in LIMIT_SEEDS:
+        one = signature(effect, known, seeds=(seed,), base=base)
+        if one is None:
+            return None
+        rows.append(turned.space.vector(one.figures, one.means))
+        if len(rows) >= FEWEST:
+            left = turned.left(np.array(rows))
+            if error_between(left) < SURE * max(between(left), STANDARD_ERRORS**2):
+                break
+    return np.array(rows)
 
 
 def between(rows: Floats) -> float:
@@ -134,6 +168,13 @@ def between(rows: Floats) -> float:
     n = len(rows)
     total = np.square(rows.sum(axis=0)).sum() - np.square(rows).sum()
     return float(total / (n * (n - 1)))
+
+
+def error_between(rows: Floats) -> float:
+    """Standard error of the mean product of two different rows: jackknife."""
+    n = len(rows)
+    without = np.array([between(np.delete(rows, k, axis=0)) for k in range(n)])
+    return float(np.sqrt((n - 1) / n * np.square(without - without.mean()).sum()))
 
 
 Shown = Callable[[Effect], tuple[float, float]]
