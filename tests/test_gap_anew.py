@@ -1,4 +1,4 @@
-"""Where a suspect's calibration goes on, where no small step leads."""
+"""Where a suspect's calibration begins, and where it goes on if no small step leads there."""
 
 from __future__ import annotations
 
@@ -8,8 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.gap.measure.signature import starts
 from analysis.gap.suspects.anew import another_valley
+from analysis.gap.suspects.beginnings import every_choice
+from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.color_matrix import ColorMatrix
+from sensor.effects.dropped_frames import DroppedFrames
+from sensor.effects.lamp_drift import LampDrift
+from sensor.effects.sharpening import Sharpening
 
 
 def rugged(effect: ColorMatrix) -> float:
@@ -31,3 +37,23 @@ def test_a_strength_that_no_small_step_leads_to(begun: float) -> None:
     assert found.effects[-1].saturation == pytest.approx(1.04, abs=0.1 * 0.04)
     assert found.deviance < here.deviance - 50.0
     assert another_valley(against(None, ColorMatrix(saturation=1.04)), against) is None
+
+
+def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
+    chosen = every_choice(Sharpening(amount=0.1, passes=2))
+    assert len(chosen) == len(set(chosen)) == 4
+    assert {(c.amount, c.passes, c.each_colour) for c in chosen} == {
+        (0.1, p, e) for p in (1.0, 2.0) for e in (0.0, 1.0)
+    }
+    told = every_choice(ChromaSubsampling(mode=1, drawn=1), {"mode": 1.0, "drawn": 1.0})
+    assert {(c.mode, c.drawn) for c in told} == {(1.0, 1.0)}
+    assert {(c.whole_codes, c.of_whole_codes, c.taken) for c in told} == {
+        (w, o, t) for w in (0.0, 1.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
+    }
+    assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
+
+
+def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:
+    """Wander has no sign and trend has: with the wrong one no amount has both."""
+    changes = [effect.change for effect in starts(LampDrift)]
+    assert min(changes) < 0 < max(changes)

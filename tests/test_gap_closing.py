@@ -1,0 +1,210 @@
+"""What a model closes of a gap, and which effect is added next."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.gap.look.families import IMAGE
+from analysis.gap.look.observation import Key
+from analysis.gap.measure.distance import Distance
+from analysis.gap.verdict import closing, trail
+from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
+from analysis.gap.verdict.confirm import _rivals
+from analysis.gap.verdict.later import deserves, earned
+from sensor.catalogue import catalogue
+from tests.candidates import candidate
+
+
+def test_a_family_that_is_left_as_it_was_is_told() -> None:
+    """An effect that closes the total may have nothing to do with what is wrong elsewhere."""
+
+    def far(image: float, rows: float, codes: float) -> Distance:
+        by_family = {"mean image": image, "rows": rows, "codes": codes}
+        return Distance(total=8.0, by_family=by_family, p_by_family={}, p_value=0.0)
+
+    chances = {"mean image": 0.0, "rows": 1e-40, "codes": 1e-4}
+    expected = {"mean image": 800.0, "rows": 100.0, "codes": 100.0}
+    few = {"mean image": 800.0, "rows": 10.0, "codes": 10.0}
+    before = far(9.0, 5.0, 1.0)
+    assert left_as_they_were(chances, before, far(-0.1, 4.8, 1.0), expected) == ("rows",)
+    assert left_as_they_were(chances, before, far(-0.1, 1.5, 1.0), expected) == ()
+    assert left_as_they_were(chances, before, far(-0.1, 4.8, 1.0), few) == ()
+
+
+def test_a_family_that_a_model_spoils_is_told() -> None:
+    """What is wrong beyond doubt with an effect, and was right without it, is not of its doing."""
+
+    def far(codes: float, chance: float) -> Distance:
+        return Distance(
+            total=1.0, by_family={"codes": codes}, p_by_family={"codes": chance}, p_value=0.0
+        )
+
+    assert spoilt(far(0.7, 1e-3), far(7.7, 1e-90)) == ("codes",)
+    assert spoilt(far(57.0, 0.0), far(7.7, 1e-90)) == ()
+    assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
+
+
+@pytest.mark.parametrize(
+    ("score", "left", "p_value", "tried"),
+    [
+        (3000.0, 0.8, 0.0, True),  # more than an error of the first one's model
+        (500.0, 0.1, 1e-9, True),  # much less, but little is left that it may close
+        (500.0, 0.8, 0.0, False),  # nor can it close this much
+        (500.0, 0.0, 0.5, False),  # nor is there anything to close
+        (50.0, 0.1, 1e-9, False),  # and a weak one closes nothing
+    ],
+)
+def test_which_later_effect_is_tried(
+    score: float, left: float, p_value: float, tried: bool
+) -> None:
+    """Beside a first one of 100,000, of which a model right to a tenth leaves a hundredth."""
+    first = candidate("jpeg", 100_000.0)
+    now: Any = SimpleNamespace(
+        whole=SimpleNamespace(p_value=p_value), held=SimpleNamespace(total=left)
+    )
+    assert deserves(candidate("hot_pixels", score), first, now) is tried
+    absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
+    assert not deserves(absorbed, first, now)
+
+
+@pytest.mark.parametrize(
+    ("score", "after", "ends", "kept"),
+    [(3000.0, 0.15, False, True), (3000.0, 0.16, False, False), (500.0, 0.02, False, True),
+     (500.0, 0.1, False, False), (500.0, 0.1, True, True)],
+)  # fmt: skip
+def test_which_later_effect_keeps_its_place(
+    score: float, after: float, ends: bool, kept: bool
+) -> None:
+    """A large one that closes a tenth of G = 0.17; a small one, four fifths or all that is sure."""
+    first = candidate("jpeg", 100_000.0)
+    now: Any = SimpleNamespace(held=SimpleNamespace(total=0.17))
+    step: Any = SimpleNamespace(
+        choice=SimpleNamespace(best=candidate("hot_pixels", score)),
+        left=SimpleNamespace(held=SimpleNamespace(total=after)),
+        ends=ends,
+    )
+    assert earned(step, now, first) is kept
+
+
+@pytest.mark.parametrize(
+    ("gap", "left", "nothing"),
+    [(2.0, 0.05, True), (2.0, 0.2, False), (-0.03, -0.08, False), (0.05, 0.0, False)],
+)
+def test_near_the_floor_a_search_is_not_ended_by_the_total(
+    gap: float, left: float, nothing: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Less than a twentieth is left, of a gap of which a part means something."""
+    monkeypatch.setattr(closing, "untouched", lambda before, after: ())
+    before, after = (SimpleNamespace(held=SimpleNamespace(total=g)) for g in (gap, left))
+    assert closing.nothing_left(before, after) is nothing  # type: ignore[arg-type]
+
+
+def test_what_lingers_where_most_was_off_is_told() -> None:
+    """More than a tenth of the gap of the family that was most off, or much in itself, and beyond
+    doubt; or most of it, where that was little.
+    """
+
+    def far(codes: float, rows: float, chance: float) -> Distance:
+        return Distance(
+            total=1.0,
+            by_family={"codes": codes, "rows": rows},
+            p_by_family={"codes": chance, "rows": 0.0},
+            p_value=0.0,
+        )
+
+    before = far(256.0, 30.0, 0.0)
+    assert lingering(before, far(29.0, 30.0, 1e-90)) == ("codes",)
+    assert lingering(before, far(2.9, 30.0, 1e-90)) == ()
+    assert lingering(before, far(10.0, 30.0, 1e-90)) == ("codes",)
+    assert lingering(before, far(29.0, 30.0, 1e-9)) == ()
+    little = far(3.8, 0.5, 1e-20)
+    assert lingering(little, far(2.8, 0.4, 1e-13)) == ("codes",)
+    assert lingering(little, far(1.8, 0.4, 1e-13)) == ()
+    assert lingering(little, far(2.8, 0.4, 1e-5)) == ()
+
+
+def test_what_whole_codes_tell_stands_whatever_else_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A family as it was speaks against a fitted effect, and not against bits that are empty."""
+    monkeypatch.setattr(trail, "untouched", lambda before, after: ("tails",))
+    lost, left = catalogue()["bit_truncation"](), catalogue()["vibration"]()
+
+    def of(*effects: Any) -> Any:
+        return SimpleNamespace(models=[SimpleNamespace(effects=effects)], measured=[None, None])
+
+    assert trail.elsewhere(of(left), {"bit_truncation"})
+    assert trail.elsewhere(of(lost), set())
+    assert not trail.elsewhere(of(lost), {"bit_truncation"})
+
+
+def against(spread: float, seen: np.ndarray, gap: float, family: str, p_value: float = 0.0) -> Any:
+    """A capture whose figures are off by so much, held against a model of some spread."""
+    figures = 0 if family == IMAGE else len(seen)
+    keys = tuple(
+        Key(shot=f"s{k}", lattice="G", family=family, statistic="x") for k in range(figures)
+    )
+    count = float(len(seen))
+    of_twins = SimpleNamespace(
+        residuals=np.zeros((16, len(seen))),
+        expected=np.array([count]),
+        families=np.full(len(seen), family),
+    )
+    return SimpleNamespace(
+        whole=SimpleNamespace(p_value=p_value),
+        held=SimpleNamespace(total=gap),
+        left=seen / spread,
+        rod=SimpleNamespace(
+            turned=SimpleNamespace(
+                space=SimpleNamespace(keys=keys, log_widths=np.full(len(seen), np.log(spread)))
+            ),
+            spread=of_twins,
+        ),
+        case=SimpleNamespace(fit_left=seen, fitting=SimpleNamespace(spread=of_twins)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("family", "p_left", "believed"),
+    [
+        ("frames", 0.0, True),
+        ("pattern shape", 0.0, True),
+        ("texture", 0.0, False),
+        ("texture", 0.5, True),
+        (IMAGE, 0.0, False),
+        (IMAGE, 0.5, True),
+    ],
+)
+def test_scatter_accounts_for_itself_and_width_does_not(
+    family: str, p_left: float, believed: bool
+) -> None:
+    """Figures that scatter 4 times as wide as the model without a suspect says: its right amount
+    takes nothing off by those errors. By its own ones -2 log L falls by 16 - 1 - ln 16 = 12 a
+    figure. That is believed of figures of noise and of pattern, and of the picture where nothing is
+    left that chance does not make."""
+    seen = np.random.default_rng(12).normal(0, 4.0, 400)
+    gap = float(np.square(seen).mean()) - 1.0
+    found = dataclasses.replace(candidate("row_noise", 900.0), misfit=gap + 1.5)
+    now, after = against(1.0, seen, gap, family), against(4.0, seen, 0.0, family, p_left)
+    assert accounts(found, now, after) is believed
+
+
+def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
+    """Unless it makes bodies differ: it was fitted in a space of its own, and others' errors say
+    nothing of it."""
+    best, near, far, drawn = (
+        dataclasses.replace(candidate(name, score), misfit=misfit)
+        for name, score, misfit in (
+            ("gamma", 900.0, 1.2),
+            ("jpeg", 500.0, 1.5),
+            ("veiling_glare", 600.0, 3.1),
+            ("dust_shadow", 400.0, 3.1),
+        )
+    )
+    drawn = dataclasses.replace(drawn, model=SimpleNamespace())
+    assert _rivals([best, far, near, drawn]) == [near, drawn]
