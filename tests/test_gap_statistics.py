@@ -19,6 +19,7 @@ from analysis.gap.look.arithmetic import (
     arithmetic_of,
     rules_of,
 )
+from analysis.gap.look.families import OF_A_BODY, OTHERWISE, REPEATED, STAGES, stage_of
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observation import Stack, View
 from analysis.gap.look.observe import observe
@@ -36,6 +37,7 @@ from analysis.gap.look.statistics.structure import (
 from analysis.gap.look.statistics.surface import surface
 from analysis.gap.ready.wave import wave
 from sensor.demosaicers import colour_demosaicing
+from sensor.effect import Stage
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
 from tests.harness import SIGNIFICANCE
@@ -458,3 +460,13 @@ def test_skewness_of_a_pattern_without_any_is_normal() -> None:
     found = pattern_shape(Group(codes=codes, top_dn=255, lit=False))["pattern skewness"]
     share = float(np.mean(np.abs(found - found.mean()) < found.std() / 2))
     assert share == pytest.approx(0.383, abs=3.5 * np.sqrt(0.383 * 0.617 / 200))
+
+
+def test_every_statistic_is_of_a_stage() -> None:
+    """Of its family's, but for those that tell of the cable or of what is read out."""
+    stages = {stage.value for stage in Stage}
+    assert set(STAGES.values()) | set(OTHERWISE.values()) <= stages
+    assert set(STAGES) >= OF_A_BODY
+    assert stage_of("tails", "spread of pixel variance") == "photosite"
+    assert stage_of("tails", "kurtosis") == "readout"
+    assert stage_of("interpolation", "grid of 8, down") == stage_of("time", REPEATED) == "transport"

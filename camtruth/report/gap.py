@@ -12,7 +12,6 @@ from analysis.gap.calibrate.fit import Fit
 from analysis.gap.camera.twin import electrons
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.look.families import STAGES
-from analysis.gap.look.texture import FAMILY, STAGE
 from analysis.gap.report import Figure, GapReport, Named
 from analysis.gap.verdict.verdict import LEAST_SCORE, MARGIN, MARGIN_OF_SCORE
 from camtruth.report.pictures import data_url
@@ -142,9 +141,8 @@ def _where(report: GapReport) -> Section:
 
 
 def _families(report: GapReport) -> Section:
-    stages = STAGES | {FAMILY: STAGE}
     rows = [
-        (name, stages.get(name, ""), f"{f['before']:.3f}", f"{f['after']:.3f}",
+        (name, STAGES[name], f"{f['before']:.3f}", f"{f['after']:.3f}",
          f"{f['p_value']:.2g}")
         for name, f in report.gap.by_family.items()
     ]  # fmt: skip

@@ -11,6 +11,8 @@ from analysis.gap.look.statistics.spectrum import spectrum
 from analysis.gap.look.statistics.structure import columns, frames, neighbours, rows, tails, time
 from analysis.gap.look.statistics.surface import surface
 from analysis.gap.look.statistics.transfer import level, transfer
+from analysis.gap.look.texture import FAMILY as TEXTURE
+from analysis.gap.look.texture import STAGE as STAGE_OF_TEXTURE
 
 FAMILIES: dict[str, tuple[Callable[[Group], Figures], str]] = {
     "level": (level, "readout"),
@@ -37,6 +39,7 @@ STAGES = {name: stage for name, (_, stage) in FAMILIES.items()} | {
     INTERPOLATION: "processing",
     GREENS: "photosite",
     IMAGE: "optics",
+    TEXTURE: STAGE_OF_TEXTURE,
 }
 
 OF_A_BODY = frozenset(
@@ -47,7 +50,7 @@ OF_A_BODY = frozenset(
         "pattern lines",
         "pattern shape",
         "dark surface",
-        "texture",
+        TEXTURE,
         GREENS,
     }
 )
@@ -56,3 +59,13 @@ OF_A_BODY = frozenset(
 EVERY_SHOT = "every shot"
 REPEATED = "repeated frames"
 """A statistic of all shots together, of the family of time."""
+
+OTHERWISE = {REPEATED: "transport", "grid of 8": "transport", "kurtosis": "readout"}
+"""Beginnings of the names of statistics, and the stage where a gap in each most often begins where
+that is not the stage of its family."""
+
+
+def stage_of(family: str, statistic: str) -> str:
+    """The stage where a gap in a statistic most often begins."""
+    found = (stage for name, stage in OTHERWISE.items() if statistic.startswith(name))
+    return next(found, STAGES[family])

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import Space
-from analysis.gap.look.families import IMAGE, STAGES
-from analysis.gap.look.texture import STAGE as TEXTURE_STAGE
+from analysis.gap.look.families import IMAGE, STAGES, stage_of
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Place
 
@@ -27,7 +26,7 @@ def places(left: Floats, space: Space, setting: Setting) -> tuple[Place, ...]:
             Place(
                 family=key.family,
                 statistic=key.statistic,
-                stage=STAGES.get(key.family, TEXTURE_STAGE),
+                stage=stage_of(key.family, key.statistic),
                 channel=None if key.lattice == "all" else key.lattice[0],
                 shot=key.shot,
                 panel=None,
