@@ -23,6 +23,7 @@ from analysis.gap_bench.draw import camera_of, capture_of, effects_of
 from analysis.gap_bench.severity import severity_of
 from analysis.identifiability.known import base_of
 from analysis.identifiability.limits import Limit
+from foundation.errors import InputError
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
@@ -82,7 +83,11 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
         for name, kind in catalogue().items()
         if not kind.base and not (case.kind == "withheld" and name in case.effects)
     ]
-    report = bench.diagnosis(capture, stated=bench.light, suspects=kinds).report
+    try:
+        report = bench.diagnosis(capture, stated=bench.light, suspects=kinds).report
+    except InputError as refused:
+        # an effect so strong that the frames no longer show the scene is bad input, by rights
+        return row | {"skipped": str(refused)}
     gap = report.gap
     row |= {
         "parameters": {effect.name: numbers(effect) for effect in effects},
