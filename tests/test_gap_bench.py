@@ -13,7 +13,7 @@ import pytest
 from scipy import stats
 
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.measure.case import BORROWED, in_common
+from analysis.gap.measure.case import BORROWED, variance_along
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
 from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
@@ -25,7 +25,7 @@ from analysis.gap_bench.draw import (
     effects_of,
     random_camera,
 )
-from analysis.gap_bench.examine import unfitted
+from analysis.gap_bench.examine import Bench, examine, unfitted
 from analysis.gap_bench.page import cells, confusions, limits_table, table
 from analysis.gap_bench.run import (
     Place,
@@ -286,11 +286,11 @@ def test_figures_that_have_something_in_common_tell_less() -> None:
     draw = np.random.default_rng(3)
     residuals = draw.standard_normal((200, 2)) * [2.0, 1.0]
     spread: Any = SimpleNamespace(residuals=residuals)
-    along, across = (in_common(spread, np.array(d)) for d in ([3.0, 0.0], [0.0, 3.0]))
+    along, across = (variance_along(spread, np.array(d)) for d in ([3.0, 0.0], [0.0, 3.0]))
     # 4.5 standard errors of a variance of 200
     assert along == pytest.approx((200 * 4 + BORROWED) / (200 + BORROWED), rel=4.5 * 0.1)
     assert 1.0 <= across < 1.0 + 4.5 * 0.1
-    assert in_common(spread, np.zeros(2)) == 1.0
+    assert variance_along(spread, np.zeros(2)) == 1.0
 
 
 COUNT = ("demosaic", "quantization")
@@ -417,6 +417,20 @@ def test_light_everywhere_is_what_calibration_means(place: Place) -> None:
     images = light(place)
     (found,) = limits_of(images, 16, random_camera(5, HEIGHT, WIDTH), ["ambient_light"]).values()
     assert found.absorbed > 0.995
+
+
+def test_a_case_that_shows_no_scene_and_one_without_its_effect_are_skipped(place: Place) -> None:
+    def refused(capture: Any, *, stated: Any, suspects: Any) -> Diagnosis:
+        raise InputError("another scene", "expected this one", "state the other")
+
+    images = light(place)
+    bench = Bench(light=images, limits=lambda *_: {}, frames=16, diagnosis=refused)
+    assert "another scene" in examine(bench, Case(kind="null", seed=1))["skipped"]
+    rare = {"value": 1e-9, "unit": "1"}
+    none = {"dropped_frames": limit("dropped_frames", parameters={"probability": rare})}
+    dropped = Case(kind="effect", effects=("dropped_frames",), severity=1.0)
+    found = examine(dataclasses.replace(bench, limits=lambda *_: none), dropped)
+    assert "dropped" in found["skipped"]
 
 
 def test_without_calibration_a_null_is_no_null(place: Place) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,37 @@ def test_darks_with_fewer_frames_than_the_rest_take_part(darks: int, taken: bool
     assert chosen is not None
     assert ("dark" in chosen.key) == taken
     assert chosen.frames == ({14: 6, 12: 6}.get(darks, 8))
+
+
+@pytest.mark.parametrize(("repeated", "taken"), [(None, False), (5, True), (22, False)])
+def test_a_shot_that_repeats_a_frame_takes_part(repeated: int | None, taken: bool) -> None:
+    """Of seven shots five are looked at. A frame of another one that equals the one before makes
+    that one of them, and does not if it is behind those that are looked at."""
+    darks = [stack("dark", 24, lit=False)]
+    lit = [stack(f"lit {k}", 24, lit=True) for k in range(6)]
+    lit = [
+        dataclasses.replace(
+            one,
+            dn=np.random.default_rng(k).integers(10, 20, (24, 24, 32), dtype=np.uint8),
+            shot=dataclasses.replace(one.shot, level=((k + 1) / 6,)),
+        )
+        for k, one in enumerate(lit)
+    ]
+    shots = [*darks, *lit]
+    few = [dataclasses.replace(one, dn=one.dn[:20]) for one in shots]
+    without = plan(Capture(camera="x", frames=tuple(few)))
+    assert without is not None
+    spare = next(label for label in without.other)
+    place = next(k for k, one in enumerate(shots) if one.shot.label == spare)
+    if repeated is not None:
+        dn = shots[place].dn.copy()
+        dn[repeated] = dn[repeated - 1]
+        shots[place] = dataclasses.replace(shots[place], dn=dn)
+    others = [one if k == place else few[k] for k, one in enumerate(shots)]
+    chosen = plan(Capture(camera="x", frames=tuple(others)))
+    assert chosen is not None
+    assert len(chosen.key) == len(without.key)
+    assert (spare in chosen.key) is taken
 
 
 def test_a_family_that_tells_nothing_has_no_chance_of_its_own() -> None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import analysis.gap
+import analysis.identifiability
 from analysis.gap.diagnose import diagnose
 from analysis.gap.look.shots import GROUP_FRAMES, MOST_GROUPS
 from analysis.gap_bench.cases import all_cases, suspects
@@ -72,12 +73,14 @@ class Place:
 
 
 def code() -> str:
-    """A short name of the diagnosis as its files stand: it changes with any of them."""
-    folder = Path(analysis.gap.__file__).parent
+    """A short name of the diagnosis, and of the limits that cases are measured by, as their files
+    stand: it changes with any of them."""
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode())
-        digest.update(path.read_bytes())
+    for package in (analysis.gap, analysis.identifiability):
+        folder = Path(package.__path__[0])
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.relative_to(folder.parent).as_posix().encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:8]
 
 

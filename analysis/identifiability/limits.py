@@ -30,7 +30,7 @@ from analysis.gap.calibrate.refine import turn
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import NOTHING
 from analysis.gap.camera.twin import twin
-from analysis.gap.measure.case import in_common
+from analysis.gap.measure.case import variance_along
 from analysis.gap.measure.signature import scaled, signature, starts, strengths
 from analysis.gap.measure.twins_spread import Spread, spread_of
 from sensor.effect import Effect
@@ -142,7 +142,7 @@ def shown(effect: Effect, known: Fit, turned: Calibration, spread: Spread) -> tu
             break
         vectors = again
     left = turned.left(vectors)
-    scatter = in_common(spread, left.mean(axis=0))
+    scatter = variance_along(spread, left.mean(axis=0))
     return between(left) / scatter, whole / scatter
 
 

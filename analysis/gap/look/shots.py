@@ -63,19 +63,24 @@ def plan(capture: Capture) -> Plan | None:
     usable = [f for f in usable if f.count >= 2 * frames]
     if len(usable) < FEWEST_SHOTS:
         return None
-    key = tuple(_key_shots(usable))
+    groups = min(MOST_GROUPS, min(f.count for f in usable) // frames)
+    key = tuple(_key_shots(usable, groups * frames))
     return Plan(
         frames=frames,
-        groups=min(MOST_GROUPS, min(f.count for f in usable) // frames),
+        groups=groups,
         key=key,
         other=tuple(f.shot.label for f in usable if f.shot.label not in key),
         unused=tuple(f.shot.label for f in capture.frames if f not in usable),
     )
 
 
-def _key_shots(usable: list[Frames]) -> list[str]:
+def _key_shots(usable: list[Frames], wanted: int) -> list[str]:
     """The dark extremes, the brightest of each lamp, then levels in between: in capture order. A
     shot that repeats frames takes the place of the last of them, where none of them does.
+
+    Args:
+        usable: shots with enough frames.
+        wanted: frames of each that are looked at.
     """
     darks = sorted((f for f in usable if f.shot.dark), key=lambda f: f.shot.exposure_s)
     chosen: list[Frames] = [*darks[-1:]]
@@ -91,7 +96,7 @@ def _key_shots(usable: list[Frames]) -> list[str]:
     chosen += darks[1:-1] + [f for rungs in ladders for f in rungs]
     distinct = list(dict.fromkeys(f.shot.label for f in chosen))[:KEY_SHOTS]
     # a cable drops frames of any shot, and few of them
-    dropped = {f.shot.label: int(repeats(f.dn).sum()) for f in usable}
+    dropped = {f.shot.label: int(repeats(f.dn[:wanted]).sum()) for f in usable}
     most = max(dropped, key=lambda label: dropped[label])
     if dropped[most] and not any(dropped[label] for label in distinct):
         distinct[-1] = most
@@ -115,5 +120,5 @@ def stack_of(frames: Frames, plan: Plan) -> Stack:
         label=frames.shot.label,
         lit=not frames.shot.dark,
         groups=np.split(fresh(taken, wanted), plan.groups),
-        repeated=float(repeats(frames.dn).mean()),
+        repeated=float(repeats(taken).mean()),
     )

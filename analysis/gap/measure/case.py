@@ -122,7 +122,7 @@ def candidate(
     return Candidate(
         effect=shown.effect,
         base=base,
-        score=said * anew / in_common(case.scoring.spread, scored),
+        score=said * anew / variance_along(case.scoring.spread, scored),
         forward=forward,
         absorbed=absorbed,
         misfit=float(np.square(case.fit_left - fitted).sum() / case.fitting.spread.expected.sum()),
@@ -158,7 +158,7 @@ BORROWED = 6.0
 """Twins' worth of trust that figures have nothing in common."""
 
 
-def in_common(spread: Spread, direction: Floats) -> float:
+def variance_along(spread: Spread, direction: Floats) -> float:
     """Variance of the twins along a direction; 1 where figures have nothing in common.
 
     Args:

@@ -159,7 +159,8 @@ def anew(
     if tuned and effect.stage is Stage.PROCESSING and MISFIT < likeliest.misfit <= BEHIND * to_beat:
         valley = another_valley(likeliest, against)
         if valley is not None:
-            best, _ = calibrated(valley.base, valley.effects[-1])
+            other, left = calibrated(valley.base, valley.effects[-1])
+            best = other if left.deviance < likeliest.deviance else best
     return best
 
 
