@@ -13,10 +13,11 @@ import importlib.util
 import io
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
-from typing import TextIO
+from typing import Any, TextIO
 
 from foundation.errors import InputError
 
@@ -61,6 +62,14 @@ def users_code(file: object) -> Iterator[None]:
         _leave(tell=said)
 
 
+class _Anew(SourceFileLoader):
+    """Compiles a file each time, and leaves no `__pycache__` beside it."""
+
+    def path_stats(self, path: str) -> Mapping[str, Any]:
+        """Nothing that a cache could be held against."""
+        raise OSError
+
+
 def users_module(path: Path, expected: str, kind: type[InputError]) -> ModuleType:
     """A user's file as a module of its own, run anew each time.
 
@@ -75,7 +84,7 @@ def users_module(path: Path, expected: str, kind: type[InputError]) -> ModuleTyp
     if not path.is_file():
         raise kind(f"no file '{path}'", expected, "correct the path")
     name = f"camtruth_user_{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]}"
-    spec = importlib.util.spec_from_file_location(name, path)
+    spec = importlib.util.spec_from_file_location(name, path, loader=_Anew(name, str(path)))
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

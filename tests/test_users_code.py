@@ -52,7 +52,11 @@ def test_a_refusal_is_one_line(end: str, run: Run, small_capture: Path, tmp_path
     assert str(file) in run("measure", small_capture, "--method", f"{file}:mine").complaint
 
 
-def test_an_effects_file_that_leaves(run: Run, small_capture: Path, tmp_path: Path) -> None:
+def test_an_effects_file_that_leaves(
+    run: Run, small_capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One line, and nothing beside the file: no bytecode either, where Python writes it."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
     file = tmp_path / "effects.py"
     file.write_text("import sys\nprint('a')\nsys.exit()\n", encoding="utf-8")
     line = run("diagnose", small_capture, "--effects", file).complaint
