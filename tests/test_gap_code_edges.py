@@ -7,7 +7,7 @@ import pytest
 
 from analysis.gap.look.code_edges import CodeEdges, code_edges
 from analysis.gap.look.finer_codes import FinerCodes, finer_codes, in_turn
-from analysis.gap.look.finer_gains import comb
+from analysis.gap.look.finer_gains import comb, finer_gains
 from analysis.gap.look.lattices import Lattice
 from sensor.frames import Frames
 from sensor.protocol import Shot
@@ -16,11 +16,19 @@ CHANNELS = tuple(Lattice(name=c, channel=c, dy=0, dx=0, step=1) for c in "RGB")
 BLACK_DN = 4.2
 GAIN_DN_PER_E = 0.02
 READ_DN = 0.8
+LOUD = (0.032, 1.0)
+"""The same two of a camera whose combs are told less well."""
 FRAMES = 24
 EDGES = 257
 
 
-def signal(seed: int, *, dark: bool = False) -> np.ndarray:
+def signal(
+    seed: int,
+    *,
+    dark: bool = False,
+    gain_dn_per_e: float = GAIN_DN_PER_E,
+    read_dn: float = READ_DN,
+) -> np.ndarray:
     """What is in front of the converter, in codes, (frames, 96, 128, 3): a picture with
     gradients, a pattern of its own, and the noise of photons.
     """
@@ -28,7 +36,7 @@ def signal(seed: int, *, dark: bool = False) -> np.ndarray:
     ramp = np.linspace(0, 160, 128) + np.linspace(0, 40, 96)[:, None]
     level = np.zeros((96, 128, 3)) if dark else ramp[..., None] * np.array([1.0, 1.1, 0.8])
     level = level * (1 + 0.01 * rng.standard_normal(level.shape))
-    sigma = np.sqrt(GAIN_DN_PER_E * np.maximum(level, 0) + READ_DN**2)
+    sigma = np.sqrt(gain_dn_per_e * np.maximum(level, 0) + read_dn**2)
     return BLACK_DN + level + sigma * rng.standard_normal((FRAMES, *level.shape))
 
 
@@ -150,6 +158,23 @@ def test_gains_behind_finer_codes_are_read(
     gains = found.gains[0].white_balance
     assert (gains.red_gain, gains.blue_gain) == pytest.approx((red, blue), abs=0.1 / steps / 15)
     assert gains.about_black == float(about_black)
+
+
+@pytest.mark.parametrize("seed", [17, 23, 40])
+def test_no_gains_are_missed_that_are_likelier(seed: int) -> None:
+    """The true ones, of which one colour has likelier ones about an origin that the other rules
+    out: what is found makes chi-squared as small."""
+    gains = np.exp(np.random.default_rng(seed).uniform(np.log(0.85), np.log(1.18), 2))
+    shots = [signal(seed + k, dark=not k, gain_dn_per_e=LOUD[0], read_dn=LOUD[1]) for k in range(2)]
+    edges = edges_of(*(up(balanced(up(s * 16) / 16, *gains, BLACK_DN)) for s in shots))
+    true = sum(
+        float(edges[c].fall(comb(np.array([k]), np.array([BLACK_DN]), 16.0, edges[c].codes))[0])
+        for c, k in zip("RB", gains, strict=True)
+    )
+    found = finer_gains(edges, 16.0, BLACK_DN + 0.05)[0]
+    assert sum(found.falls) > true - 0.5
+    balance = found.white_balance
+    assert (balance.red_gain, balance.blue_gain) == pytest.approx(tuple(gains), abs=5e-5)
 
 
 @pytest.mark.parametrize("seed", range(20, 22))

@@ -80,7 +80,7 @@ def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes |
         if not fitting or not (gains := finer_gains(edges, steps, black_dn)):
             continue
         up = max(fitting, key=lambda one: fitting[one])
-        fall = fitting[up] + gains[0].fall
+        fall = fitting[up] + sum(gains[0].falls)
         if best is None or fall > best.fall:
             rules = tuple(rule for one, rule in ways if one == up)
             best = FinerCodes(rules=rules, gains=gains, fall=fall)

@@ -6,9 +6,8 @@ them, in an order that tells the gain to 1e-4.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,19 +36,23 @@ SHARPER = 3
 ALIKE = 0.1
 """Of chi-squared, by which gains are alike that put all teeth in the same places."""
 
-PEAK = 25
+PEAK = 11
 """Such steps over which one gain is looked at closely."""
 
-MOST_CLOSER = 24
-"""Gains that are: of two with almost the same comb the first look may prefer the wrong one."""
+MOST_CLOSER = 12
+"""Gains that are, about each origin: of two with almost the same comb the first look may prefer the
+wrong one."""
 
 BLACK_ERROR_DN = 0.1
 """Of a black level that whole codes of the shortest darks tell."""
 
-ORIGINS = 3.0 * np.linspace(-1.0, 1.0, 21)
-ORIGINS_CLOSER = 3.0 * np.linspace(-1.0, 1.0, 121)
+ORIGINS = 3.0 * np.linspace(-1.0, 1.0, 61)
 """Such errors by which the code is off that gains leave alone: the first edges of a comb are told
-best, by darks, and move by a step at some black level or other."""
+best, by darks, and move by a step at some black level or other. Likely gains are looked for about
+each, as the likeliest of one colour may need an origin that another colour rules out."""
+
+ORIGINS_CLOSER = 0.075 * np.linspace(-1.0, 1.0, 7)
+"""The same around an origin that is looked at closely."""
 
 DARK_CODES = 3
 """Codes on either side of black that darks have."""
@@ -59,6 +62,12 @@ RIVAL = 12.0
 of less noise than pixels' means can tell it shows at once."""
 
 MOST_RIVALS = 4
+
+MOST_PAIRS = 12
+"""Gains of two colours that are looked at as sharply as combs tell them."""
+
+BEHIND = 40.0
+"""Of chi-squared, by which the right ones may be behind others before that."""
 
 FITS = 1.5
 """Chi-squared over what chance has of it, in codes whose edges are told."""
@@ -74,113 +83,148 @@ class Gains:
     Attributes:
         white_balance: the gains.
         origin_dn: the code that they leave alone; None where nothing tells it.
-        fall: of chi-squared of red and blue.
-        likely: that less what photon transfer and darks say against gains and origin.
+        falls: of chi-squared, of red and of blue.
+        likely: their sum less what photon transfer and darks say against gains and origin.
     """
 
     white_balance: WhiteBalance
     origin_dn: float | None = None
-    fall: float = 0.0
+    falls: tuple[float, ...] = ()
     likely: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Told:
+    """What a channel tells of its gain.
+
+    Attributes:
+        edges: where its codes end.
+        steps: of the converter in a code.
+        about: the gain by photon transfer.
+        error: its standard error.
+    """
+
+    edges: CodeEdges
+    steps: float
+    about: float
+    error: float
+
+    @staticmethod
+    def of(own: CodeEdges, green: CodeEdges, steps: float) -> Told:
+        """Of a channel behind the same converter as green."""
+        about = own.noise_slope_dn / green.noise_slope_dn
+        error = float(np.hypot(np.hypot(own.slope_error, green.slope_error), LEAST_ERROR))
+        return Told(edges=own, steps=steps, about=about, error=about * error)
+
+    def falls(self, gains: Floats, origins_dn: Floats) -> Floats:
+        """By how much gains about origins make chi-squared less, in the shape of both together."""
+        each, origins = np.broadcast_arrays(gains, origins_dn)
+        parts = [
+            self.edges.fall(comb(k, o, self.steps, self.edges.codes))
+            for k, o in zip(_pieces(each.ravel()), _pieces(origins.ravel()), strict=True)
+        ]
+        return np.concatenate(parts).reshape(each.shape)
+
+    def against(self, gains: Floats) -> Floats:
+        """Chi-squared of gains by photon transfer."""
+        return np.square((gains - self.about) / self.error)
 
 
 def finer_gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -> tuple[Gains, ...]:
     """The likeliest gains of red and blue, about the black level or code 0; none where codes end
     elsewhere all the same.
     """
-    tried: list[Gains] = []
-    for about_black in (1.0, 0.0):
-        near, closer = (
-            black_dn + BLACK_ERROR_DN * off if about_black else np.zeros(1)
-            for off in (ORIGINS, ORIGINS_CLOSER)
-        )
-        red, blue = (_by_origin(edges[c], edges["G"], steps, near, closer) for c in "RB")
-        unlikely = np.square((closer - black_dn * about_black) / BLACK_ERROR_DN)
-        likely = red.likely[:, None] + blue.likely - unlikely
-        of_darks = int(black_dn) + np.arange(-DARK_CODES, DARK_CODES + 1)
-        seen: set[tuple[float, ...]] = set()
-        for at in np.argsort(-likely, axis=None):
-            of_red, of_blue, of_origin = np.unravel_index(at, likely.shape)
-            if likely.flat[at] < likely.max() - RIVAL or len(seen) == MOST_RIVALS:
-                break
-            gains = np.array([red.gains[of_red, of_origin], blue.gains[of_blue, of_origin]])
-            origin_dn = float(closer[of_origin])
-            firsts = first_steps(gains, np.full(2, origin_dn), steps, of_darks)
-            place = (of_red, of_blue, *firsts.ravel())
-            if place in seen:
-                continue
-            seen.add(place)
-            (red_gain, red_fall), (blue_gain, blue_fall) = (
-                _sharper(edges[c], steps, float(k), origin_dn)
-                for c, k in zip("RB", gains, strict=True)
-            )
-            if fits(edges["R"], red_fall) and fits(edges["B"], blue_fall):
-                balance = WhiteBalance(
-                    red_gain=red_gain, blue_gain=blue_gain, about_black=about_black
-                )
-                tried.append(
-                    Gains(
-                        white_balance=balance,
-                        origin_dn=origin_dn,
-                        fall=red_fall + blue_fall,
-                        likely=float(likely.flat[at]),
-                    )
-                )
-    tried.sort(key=lambda one: -one.likely)
-    return tuple(one for one in tried if one.likely > tried[0].likely - RIVAL)[:MOST_RIVALS]
+    colours = [Told.of(edges[c], edges["G"], steps) for c in "RB"]
+    found: list[Gains] = []
+    for origin_dn in (black_dn, 0.0):
+        far, near = (ORIGINS, ORIGINS_CLOSER) if origin_dn else (np.zeros(1), np.zeros(1))
+        for gains, off in _pairs(colours, origin_dn, far):
+            sharp = [_sharper(colours, gains, origin_dn, off + more) for more in near]
+            found.append(max(sharp, key=lambda one: one.likely))
+    rivals: dict[tuple[float, ...], Gains] = {}
+    for one in sorted(found, key=lambda one: -one.likely):
+        if all(fits(told.edges, fall) for told, fall in zip(colours, one.falls, strict=True)):
+            balance, about_dn = one.white_balance, float(one.origin_dn or 0.0)
+            gains = np.array([balance.red_gain, balance.blue_gain])
+            rivals.setdefault(_key(gains, about_dn, steps), one)
+    likely = list(rivals.values())
+    return tuple(one for one in likely if one.likely > likely[0].likely - RIVAL)[:MOST_RIVALS]
 
 
-def _sharper(own: CodeEdges, steps: float, gain: float, origin_dn: float) -> tuple[float, float]:
-    """A gain as sharply as a comb tells it, and by how much it makes chi-squared less."""
-    fall, width = 0.0, GAIN_STEP / steps * gain
-    for _ in range(SHARPER):
-        gains = gain + width * CLOSER
-        falls = own.fall(comb(gains, np.full(len(gains), origin_dn), steps, own.codes))
-        # between the first and the last of those that are alike
-        best = gains[falls > falls.max() - ALIKE]
-        gain, fall, width = float((best[0] + best[-1]) / 2.0), float(falls.max()), width / 4.0
-    return gain, fall
-
-
-class ByOrigin(NamedTuple):
-    """Likely gains for each code that gains may leave alone, (peaks, origins) each: themselves, and
-    how much less chi-squared is by them, less what photon transfer says against them.
+def _pairs(
+    colours: Sequence[Told], origin_dn: float, off: Floats
+) -> Iterator[tuple[Floats, float]]:
+    """Likely gains of both colours, (2,), each pair with other codes in the dark or gains that are
+    not close, and of `off` what goes with them: errors by which the origin is off.
     """
+    origins_dn = origin_dn + BLACK_ERROR_DN * off
+    gains, likely = zip(*(_by_origin(told, origins_dn) for told in colours), strict=True)
+    of_both = likely[0][:, None] + likely[1] - np.square(off)
+    seen: set[tuple[float, ...]] = set()
+    for at in np.argsort(-of_both, axis=None):
+        if len(seen) == MOST_PAIRS or of_both.flat[at] < of_both.max() - BEHIND:
+            return
+        *of, k = np.unravel_index(at, of_both.shape)
+        pair = np.array([one[i, k] for one, i in zip(gains, of, strict=True)])
+        key = _key(pair, float(origins_dn[k]), colours[0].steps)
+        if key not in seen:
+            seen.add(key)
+            yield pair, float(off[k])
 
-    gains: Floats
-    likely: Floats
+
+def _key(gains: Floats, origin_dn: float, steps: float) -> tuple[float, ...]:
+    """What tells combs apart: the steps that codes of darks have, and gains as far as they are
+    looked at closely.
+    """
+    codes = int(origin_dn) + np.arange(-DARK_CODES, DARK_CODES + 1)
+    firsts = first_steps(gains, np.full(len(gains), origin_dn), steps, codes)
+    peaks = np.round(np.log(gains) * steps / (PEAK * GAIN_STEP))
+    return (*peaks.tolist(), *firsts.ravel().tolist())
 
 
-def _by_origin(
-    own: CodeEdges, green: CodeEdges, steps: float, near_dn: Floats, closer_dn: Floats
-) -> ByOrigin:
-    """The likeliest gains of a channel.
+def _by_origin(told: Told, origins_dn: Floats) -> tuple[Floats, Floats]:
+    """Likely gains of a channel about each origin, (gains, origins), and how much less chi-squared
+    is by them, less what photon transfer says against them, the same.
 
     Gains that differ by about one step in a code have almost the same comb: photon transfer tells
     them apart.
     """
-    about = own.noise_slope_dn / green.noise_slope_dn
-    error = about * float(np.hypot(np.hypot(own.slope_error, green.slope_error), LEAST_ERROR))
+    far, step = FARTHEST * told.error, GAIN_STEP / told.steps * told.about
+    gains = told.about + np.arange(-far, far, step)
+    likely = told.falls(gains[:, None], origins_dn) - told.against(gains)[:, None]
+    likely[ndimage.maximum_filter1d(likely, PEAK, axis=0) > likely] = -np.inf
+    peaks = np.argsort(-likely, axis=0)[:MOST_CLOSER]
+    closer = gains[peaks] + step * CLOSER[:, None, None]
+    likely = told.falls(closer, origins_dn) - told.against(closer)
+    best = likely.argmax(axis=0)[None]
+    return np.take_along_axis(closer, best, axis=0)[0], likely.max(axis=0)
 
-    def looked_at(gains: Floats, origins_dn: Floats) -> Floats:
-        each, origins = (grid.ravel() for grid in np.meshgrid(gains, origins_dn, indexing="ij"))
-        parts = [
-            own.fall(comb(k, o, steps, own.codes))
-            for k, o in zip(_pieces(each), _pieces(origins), strict=True)
-        ]
-        falls = np.concatenate(parts).reshape(len(gains), -1)
-        return np.asarray(falls - np.square((gains[:, None] - about) / error))
 
-    far, step = FARTHEST * error, GAIN_STEP / steps * about
-    gains = about + np.arange(-far, far, step)
-    best = looked_at(gains, near_dn).max(axis=1)
-    peaks = np.flatnonzero(ndimage.maximum_filter1d(best, PEAK) == best)
-    peaks = peaks[np.argsort(-best[peaks])[:MOST_CLOSER]]
-    closer = gains[peaks, None] + step * CLOSER
-    likely = looked_at(closer.ravel(), closer_dn).reshape(*closer.shape, -1)
-    return ByOrigin(
-        gains=np.take_along_axis(closer, likely.argmax(axis=1), axis=1), likely=likely.max(axis=1)
+def _sharper(colours: Sequence[Told], gains: Floats, origin_dn: float, off: float) -> Gains:
+    """Gains as sharply as combs tell them, about an origin that is so many errors off."""
+    about_dn = float(origin_dn + BLACK_ERROR_DN * off)
+    ends = [_sharply(told, float(k), about_dn) for told, k in zip(colours, gains, strict=True)]
+    (red, _), (blue, _) = ends
+    against = [float(told.against(np.array(k))) for told, (k, _) in zip(colours, ends, strict=True)]
+    falls = tuple(fall for _, fall in ends)
+    return Gains(
+        white_balance=WhiteBalance(red_gain=red, blue_gain=blue, about_black=float(origin_dn > 0)),
+        origin_dn=about_dn,
+        falls=falls,
+        likely=float(sum(falls) - sum(against) - off**2),
     )
+
+
+def _sharply(told: Told, gain: float, origin_dn: float) -> tuple[float, float]:
+    """One gain, and by how much it makes chi-squared less."""
+    fall, width = 0.0, GAIN_STEP / told.steps * gain
+    for _ in range(SHARPER):
+        gains = gain + width * CLOSER
+        falls = told.falls(gains, np.array([origin_dn]))
+        # between the first and the last of those that are alike
+        best = gains[falls > falls.max() - ALIKE]
+        gain, fall, width = float((best[0] + best[-1]) / 2.0), float(falls.max()), width / 4.0
+    return gain, fall
 
 
 def _pieces(values: Floats) -> list[Floats]:
