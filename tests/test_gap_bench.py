@@ -27,6 +27,7 @@ from analysis.gap_bench.draw import (
 )
 from analysis.gap_bench.examine import Bench, examine, unfitted
 from analysis.gap_bench.page import cells, confusions, limits_table, table
+from analysis.gap_bench.published import document, go_on
 from analysis.gap_bench.run import (
     Place,
     code,
@@ -370,6 +371,18 @@ def test_a_run_that_was_stopped_goes_on(place: Place) -> None:
     assert read_limits(place.limits) == LIMITS
     assert lines(rows, LIMITS)[0].found == Share(hits=2, cases=2)
     assert json.loads(json.dumps(rows)) == rows
+
+    # in another folder, what was published is not done again; of another diagnosis it is
+    path = place.out / "published.json"
+    found = document(place, rows, place.results.stem)
+    path.write_text(json.dumps(found))
+    elsewhere = dataclasses.replace(place, out=place.out / "elsewhere")
+    assert go_on(elsewhere, path) == 2
+    assert read_results(elsewhere.results) == rows
+    assert read_limits(elsewhere.limits) == LIMITS
+    assert go_on(elsewhere, path) == 0
+    path.write_text(json.dumps(found | {"diagnosis": "another"}))
+    assert go_on(dataclasses.replace(place, out=place.out / "third"), path) == 0
 
 
 def test_the_bands_touch() -> None:

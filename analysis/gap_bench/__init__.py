@@ -5,6 +5,8 @@ draw       cameras with random figures, and their captures
 examine    one case through the diagnosis, as plain data
 count      figures of the table, with intervals, from these data
 page       the same in words
+run        cases one after the other, kept in a folder
+published  results as they stand in the documentation, from which a fresh clone goes on
 
 `make bench-gap` runs it and goes on where it stopped.
 """

@@ -1,4 +1,5 @@
-"""`make bench-gap`: measure the diagnosis; what is done is kept, and the next run goes on.
+"""`make bench-gap`: measure the diagnosis; what is done is kept, and the next run goes on. So does
+one in a fresh clone, from what is published.
 
 python -m analysis.gap_bench run --minutes 30
 python -m analysis.gap_bench table
@@ -8,27 +9,21 @@ python -m analysis.gap_bench publish
 from __future__ import annotations
 
 import argparse
-import dataclasses
-import datetime
 import json
-import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 from analysis.gap_bench.cases import all_cases
 from analysis.gap_bench.count import lines
 from analysis.gap_bench.page import confusions, limits_table, table
+from analysis.gap_bench.published import document, go_on, keep, published
 from analysis.gap_bench.run import Place, latest, read_limits, read_results, run_bench
 from foundation.cores import cores
 from foundation.errors import InputError
 from foundation.jobs import PROCESSES
-from foundation.output import new_file
 
 OUT = Path("camtruth-out/gap-bench")
-PUBLISHED = Path("docs/results")
 USUAL = Place(out=OUT)
-"""Results of its size stand in gap.json, those of any other in a file that names the size."""
 
 
 def main() -> int:
@@ -60,6 +55,8 @@ def main() -> int:
     )
     try:
         if options.what in ("run", "limits"):
+            if known := go_on(place, published(place.size)):
+                print(f"{known} cases stand in {published(place.size)}", flush=True)
             rows = run_bench(
                 place,
                 count=0 if options.what == "limits" else options.cases,
@@ -96,33 +93,7 @@ def show(place: Place, results: Path | None, publish: bool) -> None:
     print(table(lines(rows, limits)))
     print(confusions(rows))
     if publish:
-        keep(document(place, rows, path.stem))
-
-
-def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
-    """Everything that the documentation shows, as data."""
-    limits = read_limits(place.limits)
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True
-    ).stdout.strip()
-    return {
-        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        "commit": commit,
-        "diagnosis": name.rpartition("-")[2],
-        "size": place.size,
-        "seed": place.seed,
-        "planned": len(all_cases()),
-        "limits": {key: dataclasses.asdict(limit) for key, limit in limits.items()},
-        "rows": rows,
-    }
-
-
-def keep(found: dict[str, Any]) -> None:
-    """Write what the documentation shows."""
-    name = "gap.json" if found["size"] == USUAL.size else f"gap-{found['size']}.json"
-    with new_file(PUBLISHED / name) as scratch:
-        scratch.write_text(json.dumps(found, allow_nan=False) + "\n", encoding="utf-8")
-    print(f"{PUBLISHED / name} written")
+        print(f"{keep(document(place, rows, path.stem))} written")
 
 
 if __name__ == "__main__":

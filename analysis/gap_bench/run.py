@@ -84,6 +84,11 @@ def code() -> str:
     return digest.hexdigest()[:8]
 
 
+def question(place: Place) -> str:
+    """What decides the results of a place besides the code."""
+    return f"gap bench {place.size} seed {place.seed}"
+
+
 def light(place: Place) -> dict[str, RateImage]:
     """The rate images of the bench by lamp, rendered when they are first asked for."""
     folder = place.out / f"light-{place.width}x{place.height}"
@@ -212,10 +217,10 @@ def run_bench(
             scheduler=scheduler,
             threads=workers,
             journal=place.results,
-            question=f"gap bench {place.size} seed {place.seed}",
+            question=question(place),
             progress=progress,
         )
-    return list(results.values())
+    return [{"case": key, **row} for key, row in results.items()]
 
 
 def read_results(path: Path) -> list[dict[str, Any]]:
@@ -227,7 +232,7 @@ def read_results(path: Path) -> list[dict[str, Any]]:
     entries = [
         parse_json(line, str(path)) for line in path.read_text(encoding="utf-8").splitlines()
     ]
-    return [entry["result"] for entry in entries if "result" in entry]
+    return [{"case": entry["key"], **entry["result"]} for entry in entries if "result" in entry]
 
 
 def latest(place: Place) -> Path | None:
