@@ -23,7 +23,7 @@ from analysis.gap.camera.handles import (
 from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
-from analysis.gap.look.curve import curve, powered
+from analysis.gap.look.curve import curve, nearly_straight, powered
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.look.whole_gains import white_balance
@@ -50,11 +50,13 @@ SITES = tuple(
 TOP_DN = 255
 
 
-def picture(seed: int = 3, sigma: float = 4.0) -> np.ndarray:
-    """A smooth picture with noise, as whole codes of three colours, (4, 96, 128, 3)."""
+def picture(
+    seed: int = 3, sigma: float = 4.0, *, brightest: float = 180.0, frames: int = 4
+) -> np.ndarray:
+    """A smooth picture with noise, as whole codes of three colours, (frames, 96, 128, 3)."""
     rng = np.random.default_rng(seed)
-    ramp = np.linspace(20, 150, 128) + np.linspace(0, 30, 96)[:, None]
-    codes = ramp[None, ..., None] + rng.normal(0, sigma, (4, 96, 128, 3))
+    ramp = np.linspace(20, brightest - 30, 128) + np.linspace(0, 30, 96)[:, None]
+    codes = ramp[None, ..., None] + rng.normal(0, sigma, (frames, 96, 128, 3))
     return np.round(codes)
 
 
@@ -137,6 +139,27 @@ def test_the_exponent_of_whole_codes_is_read_from_their_comb(power: float, black
     assert found.exponent == pytest.approx(power, abs=3e-3)
     assert found.origin_dn == pytest.approx(black_dn, abs=0.6)
     assert bool(found.origin_dn) == bool(black_dn)
+
+
+@pytest.mark.parametrize("power", [0.9725, 0.985, 1.015])
+@pytest.mark.parametrize("black_dn", [0.0, 4.3])
+def test_a_power_that_is_nearly_straight_is_read_from_a_few_teeth(
+    power: float, black_dn: float
+) -> None:
+    """Code n comes out n (1 - g) |log x| higher, at most by 2.6 codes at 0.9725: some teeth on
+    either side of 0.37 of the range. Half a code of origin, of those 2.6, is a fifth of 1 - g."""
+    codes = powered(picture(brightest=250.0, frames=16), TOP_DN, black_dn, power)
+    found = nearly_straight(counts(codes), black_dn - 0.2)
+    assert found is not None
+    assert not found.sharp
+    assert found.exponent == pytest.approx(power, abs=0.2 * abs(1 - power))
+
+
+def test_what_channels_do_not_share_is_no_power() -> None:
+    """Gains near 1 leave out a code in red and take one twice in blue; whole codes do neither."""
+    assert nearly_straight(counts(picture()), 4.3) is None
+    gains = np.array([1.02, 1.0, 0.97])
+    assert nearly_straight(counts(picture() * gains), 4.3) is None
 
 
 def test_whole_codes_and_a_dark_have_no_curve() -> None:

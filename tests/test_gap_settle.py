@@ -13,15 +13,18 @@ import functools
 import pytest
 
 from analysis.gap.calibrate.fit import around
-from analysis.gap.measure.case import Case
+from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.distance import distance
 from analysis.gap.measure.measured import measured
+from analysis.gap.measure.signature import signature
 from analysis.gap.measure.twins_spread import spread_of
 from analysis.gap.ready.setting import look
+from analysis.gap.suspects.anew import elsewhere
 from analysis.gap.suspects.settle import settled
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
 from sensor.effects.dust_shadow import DustShadow
+from sensor.effects.veiling_glare import VeilingGlare
 from sensor.record import record
 from tests.short import PROTOCOL, camera, light
 
@@ -66,3 +69,20 @@ def test_dust_is_as_much_as_bodies_differ() -> None:
     found = model.effects[-1]
     assert left(found) > 0.01
     assert power(found) == pytest.approx(power(DUST), rel=0.6)
+
+
+def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
+    """By the errors of a camera without dust as little of it as this explains next to nothing; by
+    its own most is gone. A veil is the same in every body."""
+    case = dusty()
+
+    def begun(effect: Effect) -> Candidate:
+        shown = signature(effect, case.known)
+        assert shown is not None
+        return candidate(case, shown, case.known.base, 0.0)
+
+    found = elsewhere(case, begun(DustShadow()))
+    assert found is not None
+    assert found.model is not None
+    assert left(found.effect) > 0.01
+    assert elsewhere(case, begun(VeilingGlare())) is None

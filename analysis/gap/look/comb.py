@@ -28,6 +28,9 @@ MOST_CODES = 256
 WINDOW = 15
 """Codes over which a histogram is smooth; a comb has several teeth in them."""
 
+BESIDE = 5
+"""Codes whose median is what one of them has but for a tooth, where teeth are few."""
+
 LEAST_COUNT = 40
 """Samples of a code that make its count worth a look."""
 
@@ -74,6 +77,21 @@ def teeth_of(counts: Floats) -> Teeth | None:
         return None
     seen = counts[at] / smooth[at]
     return at, np.clip(seen - seen.mean(), -1.0, 1.0)
+
+
+def few_teeth_of(counts: Sequence[Floats]) -> Teeth | None:
+    """The same of a comb that all channels have and whose teeth are far from each other: each code
+    against those beside it, so that patches of a chart have none.
+
+    Args:
+        counts: histograms.
+    """
+    beside = ndimage.median_filter(np.array(counts), (1, BESIDE), mode="constant")
+    at = np.flatnonzero(ndimage.minimum_filter1d(beside.min(axis=0), WINDOW) > LEAST_COUNT)
+    if len(at) < LEAST_CODES:
+        return None
+    seen = np.median(np.array(counts)[:, at] / beside[:, at], axis=0)
+    return at, np.clip(seen - 1.0, -1.0, 1.0)
 
 
 def combs(curves: Floats, size: int) -> Floats:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from analysis.gap.look.comb import (
     MOST_CODES,
@@ -15,6 +16,7 @@ from analysis.gap.look.comb import (
     WINDOW,
     Teeth,
     combs,
+    few_teeth_of,
     fitting,
     teeth_of,
 )
@@ -23,17 +25,30 @@ Floats = NDArray[np.float64]
 
 EXPONENTS = np.round(np.arange(0.3, 2.0, 2e-4), 4)
 
+NEARLY_STRAIGHT = EXPONENTS[(np.abs(EXPONENTS - 1) < NEAR) & (np.abs(EXPONENTS - 1) > 0.0035)]
+"""Powers whose combs have one tooth or a few."""
+
 COARSER = 5
 """Of these powers every fifth is tried about a black level."""
 
 ORIGINS = np.arange(-0.6, 0.61, 0.15)
 """Where a curve about black begins, from a first black level: noise that it bends moves that."""
 
+MANY_ORIGINS = np.arange(-0.6, 0.61, 0.05)
+"""The same where a few teeth are all there is."""
+
+CHORD = 0.025
+"""Part of the range up to which there may be a straight line, and teeth of its own."""
+
 FINER_ORIGINS = np.linspace(-0.1, 0.1, 5)
 
 BENT_ALIKE = 0.45
 """Correlation of a histogram with the comb of a power that it has, whose teeth are few where it is
 steep; others have 0.3."""
+
+OF_FEW_TEETH = 0.4
+"""Part of what is uneven that a comb of few teeth explains. Of 12 cameras that count in whole codes
+or finer ones none had any without a curve, nor with a white balance of 1.02."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +57,11 @@ class Curve:
 
     exponent: float
     origin_dn: float
+
+    @property
+    def sharp(self) -> bool:
+        """Whether its comb has so many teeth that it tells the power to the last digit."""
+        return abs(self.exponent - 1.0) >= NEAR
 
 
 def curve(counts: Mapping[str, Floats], black_dn: float) -> Curve | None:
@@ -62,8 +82,8 @@ def curve(counts: Mapping[str, Floats], black_dn: float) -> Curve | None:
         return max((*_power(teeth, len(whole), float(at), exponents), float(at)) for at in origins)
 
     about_zero = best(np.zeros(1), EXPONENTS)
-    _, near, origin = best(black_dn + ORIGINS, EXPONENTS[::COARSER])
-    nearly = EXPONENTS[np.abs(EXPONENTS - near) < NEAR]
+    _, about, origin = best(black_dn + ORIGINS, EXPONENTS[::COARSER])
+    nearly = EXPONENTS[np.abs(EXPONENTS - about) < NEAR]
     about_black = best(origin + FINER_ORIGINS, nearly)
     # code 0 is where whole pictures are bent, and one origin of many is as good by chance
     alike, exponent, origin = max(about_zero, (about_black[0] - SLACK, *about_black[1:]))
@@ -78,6 +98,39 @@ def _power(teeth: Teeth, size: int, origin: float, exponents: Floats) -> tuple[f
     teeth = at[beyond], seen[beyond]
     curves = powered(np.arange(float(size))[:, None], size - 1, origin, exponents)
     return fitting(teeth, exponents, combs(curves, size), NEAR)
+
+
+def nearly_straight(counts: Mapping[str, Floats], black_dn: float) -> Curve | None:
+    """A power that is nearly 1, by the one tooth or the few that its comb has in all channels; None
+    without such teeth.
+
+    Args:
+        counts: histograms by channel.
+        black_dn: a first black level.
+    """
+    size = len(next(iter(counts.values())))
+    few = few_teeth_of(list(counts.values())) if size <= MOST_CODES else None
+    if few is None:
+        return None
+    beyond = few[0] > black_dn + CHORD * size
+    at, seen = few[0][beyond], _nearby(few[1][beyond])
+    if not seen.any():
+        return None
+    codes = np.arange(float(size))[:, None]
+    found: list[tuple[float, float, float]] = []
+    for origin in (0.0, *(black_dn + MANY_ORIGINS)):
+        of_powers = combs(powered(codes, size - 1, origin, NEARLY_STRAIGHT), size)[at]
+        comb = _nearby(np.clip(of_powers - 1.0, -1.0, 1.0))
+        told = (2.0 * seen @ comb - np.square(comb).sum(axis=0)) / np.square(seen).sum()
+        alike = NEARLY_STRAIGHT[told > told.max() - SLACK]
+        found.append((float(told.max()), float(np.median(alike)), float(origin)))
+    told, exponent, origin = max(found)
+    return Curve(exponent=exponent, origin_dn=origin) if told > OF_FEW_TEETH else None
+
+
+def _nearby(teeth: Floats) -> Floats:
+    """Teeth that reach half into the codes beside them: one that is a code off is half right."""
+    return np.asarray(ndimage.convolve1d(teeth, [0.5, 1.0, 0.5], axis=0, mode="constant"))
 
 
 def powered(codes: Floats, top: float, origin: float, exponents: Floats | float) -> Floats:

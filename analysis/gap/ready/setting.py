@@ -15,7 +15,7 @@ from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
-from analysis.gap.look.curve import curve
+from analysis.gap.look.curve import curve, nearly_straight
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
@@ -108,10 +108,13 @@ def _told(
     told: dict[str, Told] = {}
     if bits:
         told[BitTruncation.name] = Told(hints={"bits": float(bits)})
-    if (bent := curve(counts, black_dn)) is not None:
-        # a comb says nothing of codes near black, where there may be a chord
-        where = {} if bent.origin_dn else {"about_black": 0.0}
-        told[Gamma.name] = Told(hints={"exponent": bent.exponent, **where})
+    bent = nearly_straight(counts, black_dn) or curve(counts, black_dn)
+    if bent is not None:
+        # a comb says nothing of codes near black, where there may be a chord; few teeth nothing of
+        # where it begins
+        where = {} if bent.origin_dn or not bent.sharp else {"about_black": 0.0}
+        hints = {"exponent": bent.exponent, **where}
+        told[Gamma.name] = Told(hints=hints, exact=bent.sharp)
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
         told[Jpeg.name] = Told(hints={"quality": float(tables)})

@@ -80,30 +80,15 @@ def anew(
     best, as_found = found, against(found.base, found.effect)
     likeliest = as_found
     tuned = not (told and told.exact)
-    without = float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
-    # what is done to pictures is the same in every body; and what was led astray leaves more than
-    # there was, by any errors
-    of_bodies = tuned and found.effect.stage not in (Stage.PROCESSING, Stage.TRANSPORT)
-    scatters = of_bodies and likeliest.misfit < SCATTERS * min(found.misfit, without)
-    if likeliest.misfit <= ENOUGH and not scatters:
+    without = _without(case)
+    if tuned and _scatters(case, found, as_found):
+        return _settled(case, found)
+    if likeliest.misfit <= ENOUGH:
         return found
     effect, base = found.effect, found.base
     start = told.base if told else None
     if start or found.misfit > LED_NOWHERE * without:
         effect, base = first, start or known.base
-
-    def scored(camera: Base, with_it: Effect) -> Candidate | None:
-        shown = signature(with_it, known, base=camera, seeds=FINAL_SEEDS)
-        return None if shown is None else candidate(case, shown, camera, found.absorbed)
-
-    if scatters:
-        model, off = settled(case, found.base, found.effect)
-        if off > OFF:
-            # one of its strengths may have taken up what another one does
-            others = (settled(case, found.base, one) for one in of_other_strengths(found.effect))
-            model, _ = min([(model, off), *others], key=lambda one: one[1])
-        one = scored(model.base, model.effects[-1])
-        return found if one is None else dataclasses.replace(one, model=model)
 
     def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
         fitted = refine(
@@ -114,7 +99,7 @@ def anew(
             steps=ANEW_STEPS if tuned else MOST_STEPS,
             tuned=found.name if tuned else "",
         )
-        one = scored(fitted.base, fitted.effects[-1])
+        one = _scored(case, found, fitted.base, fitted.effects[-1])
         return (found, as_found) if one is None else (one, fitted)
 
     def ways() -> Iterator[tuple[Base, Effect]]:
@@ -162,6 +147,49 @@ def anew(
             other, left = calibrated(valley.base, valley.effects[-1])
             best = other if left.deviance < likeliest.deviance else best
     return best
+
+
+def elsewhere(case: Case, found: Candidate) -> Candidate | None:
+    """A suspect whose pattern lies elsewhere in every body, fitted in the space of a model that has
+    it; None for one that makes no bodies differ.
+
+    Args:
+        case: the capture.
+        found: the suspect about as strong as it seems by the errors of a model without it.
+    """
+    effects = (*case.known.effects, found.effect)
+    own = refined(found.base, case.fit_seen, found.scenery, effects)
+    return _settled(case, found) if _scatters(case, found, own) else None
+
+
+def _without(case: Case) -> float:
+    """Misfit without a suspect."""
+    return float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
+
+
+def _scatters(case: Case, found: Candidate, own: Refined) -> bool:
+    """Whether a suspect leaves much by the errors of a model without it, and not by its own."""
+    # what is done to pictures is the same in every body; and what was led astray leaves more than
+    # there was, by any errors
+    of_bodies = found.effect.stage not in (Stage.PROCESSING, Stage.TRANSPORT)
+    return of_bodies and own.misfit < SCATTERS * min(found.misfit, _without(case))
+
+
+def _settled(case: Case, found: Candidate) -> Candidate:
+    """A suspect that makes bodies differ, in the space of a model that has it."""
+    model, off = settled(case, found.base, found.effect)
+    if off > OFF:
+        # one of its strengths may have taken up what another one does
+        others = (settled(case, found.base, one) for one in of_other_strengths(found.effect))
+        model, _ = min([(model, off), *others], key=lambda one: one[1])
+    one = _scored(case, found, model.base, model.effects[-1])
+    return found if one is None else dataclasses.replace(one, model=model)
+
+
+def _scored(case: Case, found: Candidate, base: Base, effect: Effect) -> Candidate | None:
+    """A suspect with another strength and another camera; None where that cannot be simulated."""
+    shown = signature(effect, case.known, base=base, seeds=FINAL_SEEDS)
+    return None if shown is None else candidate(case, shown, base, found.absorbed)
 
 
 def another_valley(found: Refined, against: Callable[[Base, Effect], Refined]) -> Refined | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -13,8 +13,9 @@ from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.adapt import Adapted, adapted
-from analysis.gap.suspects.anew import MISFIT, anew
-from analysis.gap.suspects.likelihood import judged
+from analysis.gap.suspects.anew import MISFIT, anew, elsewhere
+from analysis.gap.suspects.first_look import IN_THE_PICTURE
+from analysis.gap.suspects.likelihood import CLEAR, judged
 from analysis.gap.suspects.pursue import LONG, pursue
 from sensor.effect import Effect
 
@@ -75,12 +76,35 @@ def attribute(
         so_far = min((c.misfit for c in by_word), default=np.inf)
         by_word.append(_as_told(case, found, told[found.name], so_far))
     by_search = _pursued(case, at_strength, by_word, watch)
-    by_following = judged(case, [*by_word, *by_search], _unexplained(case))
-    as_adapted = [_as_adapted(case, a) for a in at_strength]
-    as_they_are = [_as_it_is(case, e) for e in first]
     # of a suspect that was followed that is what counts
-    unique = {c.name: c for c in reversed([*by_following, *as_adapted, *as_they_are])}
+    unique = {one.name: _as_it_is(case, one) for one in first}
+    unique |= {one.nearest.name: _as_adapted(case, one) for one in at_strength}
+    unique |= {c.name: c for c in [*by_word, *by_search]}
+    scattered = _scattered(case, unique.values(), watch)
+    in_the_end = {c.name: c for c in [*by_word, *by_search, *scattered]}
+    unique |= {c.name: c for c in judged(case, list(in_the_end.values()), _unexplained(case))}
     return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
+
+
+def _scattered(
+    case: Case, found: Collection[Candidate], watch: Callable[[str], None]
+) -> list[Candidate]:
+    """Suspects whose pattern lies elsewhere in every body, where none that was followed fits: the
+    errors of a model without them call most of them small.
+
+    Args:
+        case: the capture.
+        found: all suspects.
+        watch: told whose turn it is.
+    """
+    if _unexplained(case) < CLEAR or any(c.misfit <= MISFIT or c.model for c in found):
+        return []
+    possible = [c for c in found if c.effect.stage in IN_THE_PICTURE and c.score > WORTH_A_LOOK]
+    made = []
+    for one in possible:
+        watch(one.name)
+        made.append(elsewhere(case, one))
+    return [one for one in made if one is not None]
 
 
 def _as_told(case: Case, found: Evidence, told: Told, to_beat: float) -> Candidate:
