@@ -97,13 +97,14 @@ def _scattered(
         found: all suspects.
         watch: told whose turn it is.
     """
-    if _unexplained(case) < CLEAR or any(c.misfit <= MISFIT or c.model for c in found):
+    if _unexplained(case) < CLEAR or any(c.misfit <= MISFIT for c in found):
         return []
-    possible = [c for c in found if c.effect.stage in IN_THE_PICTURE and c.score > WORTH_A_LOOK]
     made = []
-    for one in possible:
-        watch(one.name)
-        made.append(elsewhere(case, one))
+    for one in found:
+        possible = one.effect.stage in IN_THE_PICTURE and one.score > WORTH_A_LOOK
+        if possible and one.model is None:
+            watch(one.name)
+            made.append(elsewhere(case, one))
     return [one for one in made if one is not None]
 
 
