@@ -82,15 +82,20 @@ def with_likelier_gains(
 ) -> Refined:
     """The camera with other gains that its codes leave open, where its twins fit better.
 
+    All are held against the frames with one converter for all colours: a camera that was calibrated
+    with the wrong ones has taken up what is wrong with them in a gain of its own for each colour.
+
     Args:
         found: calibrated with the first of them.
         seen: the frames that fit.
         scenery: their light and shots.
         gains: behind its converter.
     """
-    others = (refined(balanced(found.base, one), seen, scenery, found.effects) for one in gains[1:])
-    best = min([found, *others], key=lambda one: one.chi2)
-    return found if best is found else refine(best.base, seen, scenery, found.effects)
+    if len(gains) < 2:
+        return found
+    alike = [refined(balanced(found.base, one), seen, scenery, found.effects) for one in gains]
+    best = min(alike, key=lambda one: one.chi2)
+    return found if best is alike[0] else refine(best.base, seen, scenery, found.effects)
 
 
 def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:

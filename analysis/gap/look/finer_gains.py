@@ -94,7 +94,7 @@ class Gains:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Told:
+class Channel:
     """What a channel tells of its gain.
 
     Attributes:
@@ -110,11 +110,11 @@ class Told:
     error: float
 
     @staticmethod
-    def of(own: CodeEdges, green: CodeEdges, steps: float) -> Told:
+    def of(own: CodeEdges, green: CodeEdges, steps: float) -> Channel:
         """Of a channel behind the same converter as green."""
         about = own.noise_slope_dn / green.noise_slope_dn
         error = float(np.hypot(np.hypot(own.slope_error, green.slope_error), LEAST_ERROR))
-        return Told(edges=own, steps=steps, about=about, error=about * error)
+        return Channel(edges=own, steps=steps, about=about, error=about * error)
 
     def falls(self, gains: Floats, origins_dn: Floats) -> Floats:
         """By how much gains about origins make chi-squared less, in the shape of both together."""
@@ -134,7 +134,7 @@ def finer_gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -
     """The likeliest gains of red and blue, about the black level or code 0; none where codes end
     elsewhere all the same.
     """
-    colours = [Told.of(edges[c], edges["G"], steps) for c in "RB"]
+    colours = [Channel.of(edges[c], edges["G"], steps) for c in "RB"]
     found: list[Gains] = []
     for origin_dn in (black_dn, 0.0):
         far, near = (ORIGINS, ORIGINS_CLOSER) if origin_dn else (np.zeros(1), np.zeros(1))
@@ -143,7 +143,7 @@ def finer_gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -
             found.append(max(sharp, key=lambda one: one.likely))
     rivals: dict[tuple[float, ...], Gains] = {}
     for one in sorted(found, key=lambda one: -one.likely):
-        if all(fits(told.edges, fall) for told, fall in zip(colours, one.falls, strict=True)):
+        if all(fits(own.edges, fall) for own, fall in zip(colours, one.falls, strict=True)):
             balance, about_dn = one.white_balance, float(one.origin_dn or 0.0)
             gains = np.array([balance.red_gain, balance.blue_gain])
             rivals.setdefault(_key(gains, about_dn, steps), one)
@@ -152,13 +152,13 @@ def finer_gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -
 
 
 def _pairs(
-    colours: Sequence[Told], origin_dn: float, off: Floats
+    colours: Sequence[Channel], origin_dn: float, off: Floats
 ) -> Iterator[tuple[Floats, float]]:
     """Likely gains of both colours, (2,), each pair with other codes in the dark or gains that are
     not close, and of `off` what goes with them: errors by which the origin is off.
     """
     origins_dn = origin_dn + BLACK_ERROR_DN * off
-    gains, likely = zip(*(_by_origin(told, origins_dn) for told in colours), strict=True)
+    gains, likely = zip(*(_by_origin(own, origins_dn) for own in colours), strict=True)
     of_both = likely[0][:, None] + likely[1] - np.square(off)
     seen: set[tuple[float, ...]] = set()
     for at in np.argsort(-of_both, axis=None):
@@ -182,30 +182,30 @@ def _key(gains: Floats, origin_dn: float, steps: float) -> tuple[float, ...]:
     return (*peaks.tolist(), *firsts.ravel().tolist())
 
 
-def _by_origin(told: Told, origins_dn: Floats) -> tuple[Floats, Floats]:
+def _by_origin(own: Channel, origins_dn: Floats) -> tuple[Floats, Floats]:
     """Likely gains of a channel about each origin, (gains, origins), and how much less chi-squared
     is by them, less what photon transfer says against them, the same.
 
     Gains that differ by about one step in a code have almost the same comb: photon transfer tells
     them apart.
     """
-    far, step = FARTHEST * told.error, GAIN_STEP / told.steps * told.about
-    gains = told.about + np.arange(-far, far, step)
-    likely = told.falls(gains[:, None], origins_dn) - told.against(gains)[:, None]
+    far, step = FARTHEST * own.error, GAIN_STEP / own.steps * own.about
+    gains = own.about + np.arange(-far, far, step)
+    likely = own.falls(gains[:, None], origins_dn) - own.against(gains)[:, None]
     likely[ndimage.maximum_filter1d(likely, PEAK, axis=0) > likely] = -np.inf
     peaks = np.argsort(-likely, axis=0)[:MOST_CLOSER]
     closer = gains[peaks] + step * CLOSER[:, None, None]
-    likely = told.falls(closer, origins_dn) - told.against(closer)
+    likely = own.falls(closer, origins_dn) - own.against(closer)
     best = likely.argmax(axis=0)[None]
     return np.take_along_axis(closer, best, axis=0)[0], likely.max(axis=0)
 
 
-def _sharper(colours: Sequence[Told], gains: Floats, origin_dn: float, off: float) -> Gains:
+def _sharper(colours: Sequence[Channel], gains: Floats, origin_dn: float, off: float) -> Gains:
     """Gains as sharply as combs tell them, about an origin that is so many errors off."""
     about_dn = float(origin_dn + BLACK_ERROR_DN * off)
-    ends = [_sharply(told, float(k), about_dn) for told, k in zip(colours, gains, strict=True)]
+    ends = [_sharply(own, float(k), about_dn) for own, k in zip(colours, gains, strict=True)]
     (red, _), (blue, _) = ends
-    against = [float(told.against(np.array(k))) for told, (k, _) in zip(colours, ends, strict=True)]
+    against = [float(own.against(np.array(k))) for own, (k, _) in zip(colours, ends, strict=True)]
     falls = tuple(fall for _, fall in ends)
     return Gains(
         white_balance=WhiteBalance(red_gain=red, blue_gain=blue, about_black=float(origin_dn > 0)),
@@ -215,12 +215,12 @@ def _sharper(colours: Sequence[Told], gains: Floats, origin_dn: float, off: floa
     )
 
 
-def _sharply(told: Told, gain: float, origin_dn: float) -> tuple[float, float]:
+def _sharply(own: Channel, gain: float, origin_dn: float) -> tuple[float, float]:
     """One gain, and by how much it makes chi-squared less."""
-    fall, width = 0.0, GAIN_STEP / told.steps * gain
+    fall, width = 0.0, GAIN_STEP / own.steps * gain
     for _ in range(SHARPER):
         gains = gain + width * CLOSER
-        falls = told.falls(gains, np.array([origin_dn]))
+        falls = own.falls(gains, np.array([origin_dn]))
         # between the first and the last of those that are alike
         best = gains[falls > falls.max() - ALIKE]
         gain, fall, width = float((best[0] + best[-1]) / 2.0), float(falls.max()), width / 4.0

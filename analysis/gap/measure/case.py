@@ -43,6 +43,11 @@ class Case:
     fit_left: Floats
     score_left: Floats
 
+    @property
+    def misfit(self) -> float:
+        """Chi-squared of the frames that fit, over what is expected."""
+        return float(np.square(self.fit_left).sum() / self.fitting.spread.expected.sum())
+
 
 def case_of(known: Fit, whole: Yardstick, fit_seen: Observation, score_seen: Observation) -> Case:
     """A capture against a model.

@@ -80,14 +80,13 @@ def anew(
     best, as_found = found, against(found.base, found.effect)
     likeliest = as_found
     tuned = not (told and told.exact)
-    without = _without(case)
     if tuned and _scatters(case, found, as_found):
         return _settled(case, found)
     if likeliest.misfit <= ENOUGH:
         return found
     effect, base = found.effect, found.base
     start = told.base if told else None
-    if start or found.misfit > LED_NOWHERE * without:
+    if start or found.misfit > LED_NOWHERE * case.misfit:
         effect, base = first, start or known.base
 
     def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
@@ -162,17 +161,12 @@ def elsewhere(case: Case, found: Candidate) -> Candidate | None:
     return _settled(case, found) if _scatters(case, found, own) else None
 
 
-def _without(case: Case) -> float:
-    """Misfit without a suspect."""
-    return float(np.square(case.fit_left).sum() / case.fitting.spread.expected.sum())
-
-
 def _scatters(case: Case, found: Candidate, own: Refined) -> bool:
     """Whether a suspect leaves much by the errors of a model without it, and not by its own."""
     # what is done to pictures is the same in every body; and what was led astray leaves more than
     # there was, by any errors
     of_bodies = found.effect.stage not in (Stage.PROCESSING, Stage.TRANSPORT)
-    return of_bodies and own.misfit < SCATTERS * min(found.misfit, _without(case))
+    return of_bodies and own.misfit < SCATTERS * min(found.misfit, case.misfit)
 
 
 def _settled(case: Case, found: Candidate) -> Candidate:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -80,25 +80,27 @@ def attribute(
     unique = {one.name: _as_it_is(case, one) for one in first}
     unique |= {one.nearest.name: _as_adapted(case, one) for one in at_strength}
     unique |= {c.name: c for c in [*by_word, *by_search]}
-    scattered = _scattered(case, unique.values(), watch)
+    scattered: list[Candidate] = []
+    if _unexplained(case) >= CLEAR and all(c.misfit > MISFIT for c in unique.values()):
+        # what frames tell to the last digit is fitted no better
+        exact = {name for name, one in told.items() if one.exact}
+        scattered = _scattered(case, [c for c in unique.values() if c.name not in exact], watch)
     in_the_end = {c.name: c for c in [*by_word, *by_search, *scattered]}
     unique |= {c.name: c for c in judged(case, list(in_the_end.values()), _unexplained(case))}
     return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
 
 
 def _scattered(
-    case: Case, found: Collection[Candidate], watch: Callable[[str], None]
+    case: Case, found: Iterable[Candidate], watch: Callable[[str], None]
 ) -> list[Candidate]:
-    """Suspects whose pattern lies elsewhere in every body, where none that was followed fits: the
-    errors of a model without them call most of them small.
+    """Suspects whose pattern lies elsewhere in every body: the errors of a model without them call
+    most of them small, so that no search by scores comes to them.
 
     Args:
         case: the capture.
-        found: all suspects.
+        found: suspects.
         watch: told whose turn it is.
     """
-    if _unexplained(case) < CLEAR or any(c.misfit <= MISFIT for c in found):
-        return []
     made = []
     for one in found:
         possible = one.effect.stage in IN_THE_PICTURE and one.score > WORTH_A_LOOK
@@ -161,10 +163,9 @@ def _pursued(
     for one in finalists:
         watch(one.nearest.name)
         found.append(followed(case, one))
-    without = 1.0 + _unexplained(case) / float(case.fitting.spread.expected.sum())
     # the strongest effect is the first, and calibration has known it since; and who leaves so
     # little is the cause, or its model is not quite right
-    if case.known.effects or any(c.misfit < NEARLY_ALL_OF_IT * without for c in by_word):
+    if case.known.effects or any(c.misfit < NEARLY_ALL_OF_IT * case.misfit for c in by_word):
         return found
     most = max((c.score for c in found), default=0.0)
     for place, one in enumerate(finalists):
@@ -174,7 +175,7 @@ def _pursued(
         # a pursuit may lead nowhere, and it may lead past the one that looked best before
         leads = one.clearest.score > RIVAL * finalists[0].clearest.score
         rival = leads or pursued.score > RIVAL * most
-        if rival and pursued.misfit <= FAR_WORSE * without:
+        if rival and pursued.misfit <= FAR_WORSE * case.misfit:
             watch(one.nearest.name)
             so_far = min((c.misfit for c in [*by_word, *found[:place]]), default=np.inf)
             found[place] = anew(case, pursued, one.nearest.effect, to_beat=so_far)
