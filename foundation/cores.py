@@ -6,6 +6,7 @@ import contextlib
 import functools
 import itertools
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -38,6 +39,44 @@ def in_order(make: Callable[[Item], Made], items: Iterable[Item]) -> Iterator[Ma
     with ThreadPoolExecutor(count) as pool:
         while batch := list(itertools.islice(waiting, 8 * count)):
             yield from pool.map(make, batch)
+
+
+AHEAD = 2
+"""Pieces of work that are begun before the result of the first is asked for."""
+
+
+def ahead(begun: Iterable[Callable[[], Made]]) -> Iterator[Made]:
+    """The results of work that goes on by itself once it has begun, in order, with the next pieces
+    begun before each is waited for.
+
+    Args:
+        begun: pieces of work, each of which gives its result when called.
+    """
+    with products_on_one_core():
+        waiting: deque[Callable[[], Made]] = deque()
+        for one in begun:
+            waiting.append(one)
+            if len(waiting) > AHEAD:
+                yield waiting.popleft()()
+        while waiting:
+            yield waiting.popleft()()
+
+
+@contextlib.contextmanager
+def kernels_beside_other_work() -> Iterator[None]:
+    """Let kernels run on half of the cores for a while.
+
+    Threads of kernels that have nothing to do watch out for more. Where other threads have work of
+    their own, that takes a fifth of the time of two cores.
+    """
+    import drjit
+
+    before = drjit.thread_count()
+    drjit.set_thread_count(max(1, min(before, cores() // 2)))
+    try:
+        yield
+    finally:
+        drjit.set_thread_count(before)
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
 import drjit
 import numpy as np
@@ -51,3 +52,38 @@ def test_products_keep_to_one_core_for_a_while() -> None:
         with cores.products_on_one_core():
             assert _threads_of_products() == {1}
         assert _threads_of_products() == {2}
+
+
+def test_a_few_pieces_are_begun_before_the_first_is_asked_for() -> None:
+    """The results in order; no more of them on the way at once than that."""
+    on_the_way: list[int] = []
+    most = 0
+
+    def begun(item: int) -> Callable[[], int]:
+        nonlocal most
+        on_the_way.append(item)
+        most = max(most, len(on_the_way))
+
+        def result() -> int:
+            assert on_the_way.pop(0) == item
+            return item
+
+        return result
+
+    assert list(cores.ahead(map(begun, range(10)))) == list(range(10))
+    assert most == cores.AHEAD + 1
+    assert list(cores.ahead(map(begun, range(1)))) == [0]
+
+
+@pytest.mark.parametrize(("given", "kernels"), [(1, 1), (2, 1), (8, 4)])
+def test_kernels_beside_other_work_have_half_of_the_cores(
+    given: int, kernels: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And all of them again afterwards."""
+    told: list[int] = []
+    monkeypatch.setattr(cores, "_given", [given])
+    monkeypatch.setattr(drjit, "thread_count", lambda: given)
+    monkeypatch.setattr(drjit, "set_thread_count", told.append)
+    with cores.kernels_beside_other_work():
+        assert told == [kernels]
+    assert told == [kernels, given]

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import FIRST_SEED, Fit, around
+from analysis.gap.calibrate.fit import FIRST_SEED, Fit, around, twins
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
 from analysis.gap.camera.twin import twin
+from analysis.gap.look.observe import _kept
 from analysis.gap.ready.setting import look
 from analysis.identifiability.known import base_of
 from sensor.record import record
@@ -62,3 +63,17 @@ def test_a_direction_is_the_same_by_other_random_numbers(name: str) -> None:
             parts.append(np.linalg.norm(turned.left(again)) / np.linalg.norm(again))
     assert len(parts) == len(fit.base.channels)
     assert np.mean(parts) < MOST_LEFT[name], parts
+
+
+def test_twins_that_are_begun_ahead_are_those_one_by_one() -> None:
+    """To the last bit, in the order of their seeds, whatever was seen before."""
+    fit, _ = both()
+    asked = OTHER_SEEDS[::-1]
+    together = twins(fit.scenery, fit.base, asked)
+    assert tuple(together) == asked
+    _kept.clear()
+    for seed, seen in together.items():
+        alone = twin(fit.scenery, fit.base, seed=seed)
+        assert alone.keys == seen.keys
+        assert np.array_equal(alone.figures, seen.figures)
+        assert np.array_equal(alone.means, seen.means)

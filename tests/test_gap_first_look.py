@@ -99,10 +99,13 @@ def test_a_second_look_goes_to_those_that_promise_something(
     a third time."""
     asked: list[float] = []
 
-    def again(one: Signature, known: object) -> Signature:
+    def again(one: Signature, second: Signature | None, known: object) -> Signature:
+        assert second is other
         asked.append(float(one.figures.max()))
         return shown(one.figures, sets=2)
 
+    other = shown(np.zeros(len(KEYS)))
+    monkeypatch.setattr(first_look, "begun_signature", lambda effect, known, seeds: lambda: other)
     monkeypatch.setattr(first_look, "confirmed", again)
     left = np.where(FAMILIES == "rows", 10.0, 0.0)
     parts = [np.where(np.arange(len(KEYS)) < n, 1.0, 0.0) + 0.0 for n in (320, 20 + 24, 20 + 6)]
@@ -115,14 +118,14 @@ def test_a_second_look_goes_to_those_that_promise_something(
     assert all(one.sets == 1 for one in closer(case(left), first, least=1e9))
 
 
-def test_two_looks_keep_what_they_agree_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_looks_keep_what_they_agree_on() -> None:
     """What both show stays; noise that each has for itself is drawn to nothing."""
     rng = np.random.default_rng(53)
     truth = np.where(FAMILIES == "codes", 40.0, 0.0)
     one, other = (shown(truth + rng.standard_normal(len(KEYS))) for _ in range(2))
-    monkeypatch.setattr(first_look, "signature", lambda effect, known, seeds: other)
     reference = SimpleNamespace(keys=KEYS, lit=frozenset({"a"}), means=NOTHING[None])
-    both = confirmed(one, SimpleNamespace(references={first_look.SEEDS[0]: reference}))  # type: ignore[arg-type]
+    known = SimpleNamespace(references={first_look.SEEDS[0]: reference})
+    both = confirmed(one, other, known)  # type: ignore[arg-type]
     assert both.sets == 2
     assert both.figures[FAMILIES == "codes"] == pytest.approx(40.0, abs=4.0)
     outside = both.figures[FAMILIES != "codes"]
@@ -130,15 +133,10 @@ def test_two_looks_keep_what_they_agree_on(monkeypatch: pytest.MonkeyPatch) -> N
     assert outside @ outside < 0.5 * (mean @ mean)
 
 
-def test_who_cannot_be_looked_at_again_stays_as_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_cannot_be_looked_at_again_stays_as_seen() -> None:
     """A later model may have an effect with which this one cannot be."""
-
-    def impossible(effect: Effect, known: object, seeds: object) -> None:
-        return None
-
-    monkeypatch.setattr(first_look, "signature", impossible)
     one = shown(np.ones(len(KEYS)))
-    assert confirmed(one, None) is one  # type: ignore[arg-type]
+    assert confirmed(one, None, None) is one  # type: ignore[arg-type]
 
 
 def test_frames_may_say_more_than_an_effect_can() -> None:

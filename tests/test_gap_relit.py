@@ -58,7 +58,8 @@ def given_back(effect: Effect) -> tuple[Scenery, Observation, Observation]:
     """The light that gives back what an effect takes, a twin under it, and one without either."""
     before = twin(known().scenery, known().base, seed=3)
     see = functools.partial(seen_with, effect)
-    return *relit(effect, known().lighting, known().scenery, before, see), before
+    scenery = known().scenery
+    return *relit(effect, known().lighting, scenery, before, see(scenery), see), before
 
 
 def shading() -> np.ndarray:

@@ -19,7 +19,7 @@ from analysis.gap.measure.measured import measured
 from analysis.gap.measure.signature import signature
 from analysis.gap.measure.twins_spread import spread_of
 from analysis.gap.ready.setting import look
-from analysis.gap.suspects.anew import elsewhere
+from analysis.gap.suspects.anew import MISFIT, OFF, elsewhere
 from analysis.gap.suspects.settle import settled
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
@@ -84,5 +84,7 @@ def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
     found = elsewhere(case, begun(DustShadow()))
     assert found is not None
     assert found.model is not None
+    assert found.misfit > MISFIT
+    assert found.off <= OFF
     assert left(found.effect) > 0.01
     assert elsewhere(case, begun(VeilingGlare())) is None

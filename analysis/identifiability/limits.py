@@ -25,11 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import Calibration, calibration
-from analysis.gap.calibrate.fit import FIRST_SEED, Fit
+from analysis.gap.calibrate.fit import FIRST_SEED, Fit, twins
 from analysis.gap.calibrate.refine import turn
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import NOTHING
-from analysis.gap.camera.twin import twin
 from analysis.gap.measure.case import variance_along
 from analysis.gap.measure.signature import scaled, signature, starts, strengths
 from analysis.gap.measure.twins_spread import Spread, spread_of
@@ -103,10 +102,8 @@ def limits(
     """Detection limits by name of effect, in captures of so many groups of frames."""
     turned = calibration(known.space(groups), known.ways)
     spread = spread_of(known, groups)
-    others = {
-        seed: known.textured(twin(known.scenery, known.base, effects=known.effects, seed=seed))
-        for seed in LIMIT_SEEDS
-    }
+    alone = twins(known.scenery, known.base, LIMIT_SEEDS, known.effects)
+    others = {seed: known.textured(one) for seed, one in alone.items()}
     known = dataclasses.replace(known, references=others)
     found = {}
     for kind in kinds:

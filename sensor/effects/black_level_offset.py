@@ -39,4 +39,4 @@ class BlackLevelOffset(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        return signal.replace(signal.value + signal.by_colour(self.offset_e))
+        return signal.pointwise(lambda charge_e, offset_e: charge_e + offset_e, self.offset_e)

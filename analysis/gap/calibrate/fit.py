@@ -17,9 +17,10 @@ from analysis.gap.calibrate.relit import Lighting, lighting
 from analysis.gap.calibrate.space import Space, figure_variances, never_moved, space_of
 from analysis.gap.calibrate.wide import beyond, fair, widened
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.twin import Scenery, twin
+from analysis.gap.camera.twin import Scenery, begun_twin
 from analysis.gap.look.observation import Key, Observation
 from analysis.gap.look.texture import FAMILY, texture
+from foundation.cores import ahead
 from sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -73,7 +74,9 @@ def twins(
     scenery: Scenery, base: Base, seeds: Iterable[int], effects: Sequence[Effect] = ()
 ) -> dict[int, Observation]:
     """Bodies of a camera by their seed, a group of frames each."""
-    return {seed: twin(scenery, base, effects=effects, seed=seed) for seed in seeds}
+    wanted = tuple(seeds)
+    begun = (begun_twin(scenery, base, effects=effects, seed=seed) for seed in wanted)
+    return dict(zip(wanted, ahead(begun), strict=True))
 
 
 def some(twins: Mapping[int, Observation], seeds: Sequence[int]) -> dict[int, Observation]:
@@ -260,10 +263,11 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     more = beyond(of_one, base, plain)
     picture = calibration(widened(of_one, more), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
-    again = together(
-        twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
+    begun = (
+        begun_twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
         for seed in seeds_of(TWICE)
     )
+    again = together(ahead(begun))
     once = dataclasses.replace(bodies, figures=bodies.figures[:TWICE], means=bodies.means[:TWICE])
     shares = body_share(once, with_texture(again, picture, scenery, fair(plain.groups)))
     ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +21,9 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_ways import FREE, light_ways
-from analysis.gap.camera.twin import Scenery, exposure_of, twin
+from analysis.gap.camera.twin import Scenery, begun_twin, exposure_of, twin
 from analysis.gap.look.observation import Observation
+from foundation.cores import ahead
 from sensor.effect import Effect
 
 Floats = NDArray[np.float64]
@@ -140,6 +141,10 @@ def brightest_dn(base: Base, scenery: Scenery) -> float:
     return max(float(np.max(signals, initial=1.0)), 1.0)
 
 
+Twins = tuple[Observation, ...]
+"""One for each set of random numbers."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Moved:
     """Twins of a model, and of the model with one thing moved, with the same random numbers.
@@ -151,15 +156,15 @@ class Moved:
         steps: by how much the parameters were moved, by handle of each channel.
     """
 
-    references: tuple[Observation, ...]
-    knobs: dict[str, tuple[Observation, ...]]
-    parameters: dict[Handle, tuple[Observation, ...]]
+    references: Twins
+    knobs: dict[str, Twins]
+    parameters: dict[Handle, Twins]
     steps: dict[Handle, float]
 
     def seen_by(self, look: Callable[[Observation], Observation]) -> Moved:
         """The same twins, looked at in another way."""
 
-        def all_of(twins: tuple[Observation, ...]) -> tuple[Observation, ...]:
+        def all_of(twins: Twins) -> Twins:
             return tuple(look(one) for one in twins)
 
         return Moved(
@@ -185,29 +190,22 @@ def moved_twins(
         effects: what the camera has besides.
     """
 
-    def twins(camera: Base, has: Sequence[Effect]) -> tuple[Observation, ...]:
-        return tuple(twin(scenery, camera, effects=has, seed=seed) for seed in references)
+    def seen_with(cameras: Iterable[tuple[Base, Sequence[Effect]]]) -> Iterator[Twins]:
+        """Twins of cameras with effects, those of all sets of random numbers for each."""
+        seen = ahead(
+            begun_twin(scenery, camera, effects=has, seed=seed)
+            for camera, has in cameras
+            for seed in references
+        )
+        return zip(*[iter(list(seen))] * len(references), strict=True)
 
-    how = lighting(base, scenery, next(iter(references.values()))) if effects else None
-
-    def relit_twins(one: Effect, has: Sequence[Effect]) -> tuple[Observation, ...]:
-        """Twins with effects, one of which may do what the light could do as well."""
-        found = []
-        for seed, reference in references.items():
-            see = functools.partial(twin, base=base, effects=has, seed=seed)
-            found.append(relit(one, how, scenery, reference, see)[1])
-        return tuple(found)
-
-    knobs = knobs_of(base, scenery)
-    by_knob = {}
-    for name in dict.fromkeys(knob.name for knob in knobs):
+    cameras: dict[str, Base] = {}
+    for knob in knobs_of(base, scenery):
         # channels have nothing to do with each other, so all are moved at once and told apart
-        camera = base
-        for knob in knobs:
-            if knob.name == name:
-                camera = camera.moved(knob.name, knob.channel, knob.step)
-        by_knob[name] = twins(camera, effects)
-    by_parameter: dict[Handle, tuple[Observation, ...]] = {}
+        camera = cameras.get(knob.name, base)
+        cameras[knob.name] = camera.moved(knob.name, knob.channel, knob.step)
+    turned = seen_with((camera, effects) for camera in cameras.values())
+    others: dict[Handle, tuple[Effect, Sequence[Effect]]] = {}
     steps: dict[Handle, float] = {}
     for k, effect in enumerate(effects):
         for p in effect.parameters():
@@ -218,11 +216,25 @@ def moved_twins(
             steps |= moves
             other = moved(effect, moves)
             whole = Handle(effect=effect.name, parameter=p.name)
-            by_parameter[whole] = relit_twins(other, [*effects[:k], other, *effects[k + 1 :]])
+            others[whole] = other, [*effects[:k], other, *effects[k + 1 :]]
+    how = lighting(base, scenery, next(iter(references.values()))) if effects else None
+
+    def relit_twins(one: Effect, has: Sequence[Effect], first: Twins) -> Twins:
+        """Twins with effects, one of which may do what the light could do as well."""
+        found = []
+        for (seed, reference), seen in zip(references.items(), first, strict=True):
+            see = functools.partial(twin, base=base, effects=has, seed=seed)
+            found.append(relit(one, how, scenery, reference, seen, see)[1])
+        return tuple(found)
+
+    first = seen_with((base, has) for _, has in others.values())
     return Moved(
         references=tuple(references.values()),
-        knobs=by_knob,
-        parameters=by_parameter,
+        knobs=dict(zip(cameras, turned, strict=True)),
+        parameters={
+            whole: relit_twins(*other, seen)
+            for (whole, other), seen in zip(others.items(), first, strict=True)
+        },
         steps=steps,
     )
 

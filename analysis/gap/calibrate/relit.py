@@ -97,6 +97,7 @@ def relit(
     how: Lighting | None,
     scenery: Scenery,
     before: Observation,
+    seen: Observation,
     seen_under: Callable[[Scenery], Observation],
 ) -> tuple[Scenery, Observation]:
     """The light under which an effect leaves pictures as they were, as far as any light can.
@@ -106,9 +107,9 @@ def relit(
         how: what a change of the light can do.
         scenery: the light before.
         before: a twin without the effect.
-        seen_under: the twin with it, of the same random numbers, under some light.
+        seen: the twin with it, of the same random numbers.
+        seen_under: the same under some other light.
     """
-    seen = seen_under(scenery)
     if how is None or effect.quantity() is not Quantity.RATE:
         return scenery, seen
     given_back = np.zeros(len(how.ways))

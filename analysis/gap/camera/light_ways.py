@@ -170,16 +170,23 @@ def _shade(
     images: Images,
     amount: float,
 ) -> None:
-    """Add the light of a lamp times the k-th shading, 1 in the middle of the last block."""
+    """Add the light of a lamp times the k-th shading."""
     pitch_px = scenery.view.side * scenery.view.lattices[0].step
+    rate = scenery.light.rates[lamp]
+    shading = _shading_images(rate.shape[:2], grid, pitch_px)[k]
+    images[lamp] += rate * (shading * np.float32(amount * tint))
+
+
+@functools.lru_cache(maxsize=2)
+def _shading_images(shape: tuple[int, int], grid: tuple[int, int], pitch_px: int) -> list[Rate]:
+    """The shadings in every pixel, (H, W, 1) each; 1 in the middle of the last block."""
 
     def along(size_px: int, blocks: int) -> Floats:
         at = (np.arange(size_px) + 0.5 - BORDER_PX) / pitch_px - 0.5
         return np.asarray(2.0 * at / max(blocks - 1, 1) - 1.0)
 
-    rate = scenery.light.rates[lamp]
-    y, x = np.meshgrid(along(rate.shape[0], grid[0]), along(rate.shape[1], grid[1]), indexing="ij")
-    images[lamp] += rate * np.float32(amount * _shadings(x, y)[k][..., None] * tint)
+    y, x = np.meshgrid(along(shape[0], grid[0]), along(shape[1], grid[1]), indexing="ij")
+    return [one.astype(np.float32)[..., None] for one in _shadings(x, y)]
 
 
 def _mask(panel: Panel, scenery: Scenery) -> Rate:

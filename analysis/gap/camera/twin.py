@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,11 @@ from analysis.gap.camera.base import Base, Body, camera_of
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import blocks_of, light_noise
 from analysis.gap.look.observation import Observation, Stack, View
-from analysis.gap.look.observe import observe
+from analysis.gap.look.observe import begun
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.look.statistics.greens import APART, apart
 from foundation.backend import Backend, backend
+from foundation.cores import products_on_one_core
 from sensor.camera import Camera
 from sensor.effect import Effect
 from sensor.protocol import Shot
@@ -60,7 +61,20 @@ def twin(
     seed: int = 0,
     body: int | None = None,
 ) -> Observation:
-    """One simulated capture, a group of frames of each shot, looked at.
+    """One simulated capture, a group of frames of each shot, looked at; see `begun_twin`."""
+    with products_on_one_core():
+        return begun_twin(scenery, base, effects=effects, seed=seed, body=body)()
+
+
+def begun_twin(
+    scenery: Scenery,
+    base: Base,
+    *,
+    effects: Sequence[Effect] = (),
+    seed: int = 0,
+    body: int | None = None,
+) -> Callable[[], Observation]:
+    """One simulated capture, a group of frames of each shot, begun to be looked at.
 
     The same seed gives the same random numbers, so that two twins differ by what is different in
     their cameras. Each seed is a camera body of its own, unless a body is named.
@@ -80,7 +94,15 @@ def twin(
         _lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots
     ]
     camera = bare.plus(*effects).with_body(body)
-    seen = observe(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
+    look = begun(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
+    return functools.partial(_under_its_light, look, scenery, base, body)
+
+
+def _under_its_light(
+    look: Callable[[], Observation], scenery: Scenery, base: Base, body: int
+) -> Observation:
+    """A twin as soon as all of it was looked at, with what its light is not known by."""
+    seen = look()
     if scenery.light.shown is not None:
         seen = under_stated_light(seen, scenery, base)
     return under_noisy_light(seen, scenery, base, body) if scenery.light.noise else seen

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -34,6 +34,11 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         stacks: the groups of frames of each shot; as many groups for each.
         view: how to look.
     """
+    return begun(stacks, view)()
+
+
+def begun(stacks: Iterable[Stack], view: View) -> Callable[[], Observation]:
+    """The same, begun: what is called waits for the rest; see `foundation.cores.ahead`."""
     names: dict[str, list[_Name]] = {}
     looks: dict[_Name, _Seen] = {}
     waiting: dict[bool, dict[_Name, NDArray[Any]]] = {False: {}, True: {}}
@@ -51,12 +56,22 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
                 continue
             alike[name] = dn
             if sum(one.size for one in alike.values()) >= TOGETHER:
-                looks |= _begun(alike, stack.lit, view)
+                looks |= _submitted(alike, stack.lit, view)
                 alike.clear()
     for kind, alike in waiting.items():
-        looks |= _begun(alike, kind, view)
+        looks |= _submitted(alike, kind, view)
     _keep(looks)
     seen = [(label, [looks[name] for name in shot]) for label, shot in names.items()]
+    return functools.partial(_gathered, seen, repeated, frozenset(lit), view)
+
+
+def _gathered(
+    seen: Sequence[tuple[str, Sequence[_Seen]]],
+    repeated: Sequence[float],
+    lit: frozenset[str],
+    view: View,
+) -> Observation:
+    """Everything that was seen of the groups of each shot, by its label."""
     keys: list[Key] = []
     by_key: list[Sequence[float]] = []
     for label, shot in seen:
@@ -71,7 +86,7 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
         keys=tuple(keys),
         figures=np.array(by_key).T,
         shots=tuple(label for label, _ in seen),
-        lit=frozenset(lit),
+        lit=lit,
         channels=channels,
         means=np.array([[one.lattices.means for one in shot] for _, shot in seen]).swapaxes(0, 1),
         noise=np.array([np.mean([one.lattices.noise for one in shot], axis=0) for _, shot in seen]),
@@ -156,7 +171,7 @@ def _keep(looks: Mapping[_Name, _Seen]) -> None:
         _kept.pop(next(iter(_kept)))
 
 
-def _begun(groups: Mapping[_Name, NDArray[Any]], lit: bool, view: View) -> dict[_Name, _Seen]:
+def _submitted(groups: Mapping[_Name, NDArray[Any]], lit: bool, view: View) -> dict[_Name, _Seen]:
     """Groups of shots that are all in the dark or all lit, begun to be looked at together."""
     if not groups:
         return {}

@@ -74,7 +74,6 @@ def _whole(family: str, found: Figures) -> dict[tuple[str, str, str], float]:
 def blocks(image: NDArray[Any], side: int) -> Floats:
     """Means over square blocks; what does not fill one is left out."""
     h, w = (n // side * side for n in image.shape[-2:])
-    cut = image[..., :h, :w].astype(np.float64)
-    return np.asarray(
-        cut.reshape(*image.shape[:-2], h // side, side, w // side, side).mean(axis=(-3, -1))
-    )
+    rows = image[..., :h, :w].reshape(*image.shape[:-2], h // side, side, w)
+    sums = rows.sum(axis=-2, dtype=np.float64).reshape(*rows.shape[:-2], w // side, side)
+    return np.asarray(sums.sum(axis=-1) / side**2)

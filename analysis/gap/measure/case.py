@@ -86,6 +86,7 @@ class Candidate:
         misfit: chi-squared that it leaves of the frames that fitted it, over what is expected.
         scenery: shots, under the light as the frames show it to a camera with the effect.
         model: everything around the camera with it, where a search for it has come to know that.
+        off: by how much that is further from the frames than chance makes, as a part of it.
     """
 
     effect: Effect
@@ -96,6 +97,7 @@ class Candidate:
     misfit: float
     scenery: Scenery
     model: Fit | None = None
+    off: float = np.inf
 
     @property
     def name(self) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,8 +22,9 @@ from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.fit import SEEDS, Fit
 from analysis.gap.calibrate.relit import relit
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.twin import Scenery, twin
+from analysis.gap.camera.twin import Scenery, begun_twin
 from analysis.gap.look.observation import Key, Observation
+from foundation.cores import ahead
 from foundation.errors import InputError
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
@@ -115,16 +116,53 @@ def signature(
         seeds: random numbers, once each, of those of `Fit.references`.
         base: figures of the camera, where they are not those of the fit.
     """
+    return begun_signature(effect, known, seeds=seeds, base=base)()
+
+
+def begun_signature(
+    effect: Effect,
+    known: Fit,
+    *,
+    seeds: Sequence[int] = SEEDS,
+    base: Base | None = None,
+) -> Callable[[], Signature | None]:
+    """The same, its first twin begun to be looked at; see `foundation.cores.ahead`."""
+    effects = [*known.effects, effect]
+    under = functools.partial(begun_twin, base=base or known.base, effects=effects)
+    try:
+        first = under(known.scenery, seed=seeds[0])
+    except InputError:
+        return lambda: None
+    return functools.partial(_shown, effect, known, seeds, under, first)
+
+
+def _shown(
+    effect: Effect,
+    known: Fit,
+    seeds: Sequence[int],
+    under: Callable[..., Callable[[], Observation]],
+    first: Callable[[], Observation],
+) -> Signature | None:
+    """How an effect shows.
+
+    Args:
+        effect: with its parameters.
+        known: the model.
+        seeds: random numbers.
+        under: begins a twin with the effect under some light, of some `seed`.
+        first: the first of them under the light of the model.
+    """
     before = [known.references[seed] for seed in seeds]
 
-    def under(light: Scenery, seed: int) -> Observation:
-        effects = [*known.effects, effect]
-        return twin(light, base or known.base, effects=effects, seed=seed)
+    def first_under(light: Scenery) -> Observation:
+        return under(light, seed=seeds[0])()
 
     try:
-        first_under = functools.partial(under, seed=seeds[0])
-        scenery, first = relit(effect, known.lighting, known.scenery, before[0], first_under)
-        seen = [first, *(under(scenery, seed) for seed in seeds[1:])]
+        scenery, seen_first = relit(
+            effect, known.lighting, known.scenery, before[0], first(), first_under
+        )
+        others = ahead(under(scenery, seed=seed) for seed in seeds[1:])
+        seen = [seen_first, *others]
     except InputError:
         return None
     after = [known.textured(one) for one in seen]

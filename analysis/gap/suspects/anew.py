@@ -175,9 +175,9 @@ def _settled(case: Case, found: Candidate) -> Candidate:
     if off > OFF:
         # one of its strengths may have taken up what another one does
         others = (settled(case, found.base, one) for one in of_other_strengths(found.effect))
-        model, _ = min([(model, off), *others], key=lambda one: one[1])
+        model, off = min([(model, off), *others], key=lambda one: one[1])
     one = _scored(case, found, model.base, model.effects[-1])
-    return found if one is None else dataclasses.replace(one, model=model)
+    return found if one is None else dataclasses.replace(one, model=model, off=off)
 
 
 def _scored(case: Case, found: Candidate, base: Base, effect: Effect) -> Candidate | None:

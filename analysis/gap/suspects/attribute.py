@@ -13,7 +13,7 @@ from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.adapt import Adapted, adapted
-from analysis.gap.suspects.anew import MISFIT, anew, elsewhere
+from analysis.gap.suspects.anew import MISFIT, OFF, anew, elsewhere
 from analysis.gap.suspects.first_look import IN_THE_PICTURE
 from analysis.gap.suspects.likelihood import CLEAR, judged
 from analysis.gap.suspects.pursue import LONG, pursue
@@ -81,13 +81,20 @@ def attribute(
     unique |= {one.nearest.name: _as_adapted(case, one) for one in at_strength}
     unique |= {c.name: c for c in [*by_word, *by_search]}
     scattered: list[Candidate] = []
-    if _unexplained(case) >= CLEAR and all(c.misfit > MISFIT for c in unique.values()):
+    if _unexplained(case) >= CLEAR and not any(map(_fits, unique.values())):
         # what frames tell to the last digit is fitted no better
         exact = {name for name, one in told.items() if one.exact}
         scattered = _scattered(case, [c for c in unique.values() if c.name not in exact], watch)
     in_the_end = {c.name: c for c in [*by_word, *by_search, *scattered]}
     unique |= {c.name: c for c in judged(case, list(in_the_end.values()), _unexplained(case))}
     return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
+
+
+def _fits(found: Candidate) -> bool:
+    """Whether a suspect leaves no more than chance does, by the errors of the model without it or
+    by its own.
+    """
+    return found.misfit <= MISFIT or found.off <= OFF
 
 
 def _scattered(

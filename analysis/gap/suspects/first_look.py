@@ -13,15 +13,23 @@ looked at once more, and keep what both looks agree on.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from analysis.gap.calibrate.agreement import agreed_of
 from analysis.gap.calibrate.fit import SEEDS, Fit
 from analysis.gap.measure.case import Case, vector
-from analysis.gap.measure.signature import Signature, scaled, signature, signed, starts
+from analysis.gap.measure.signature import (
+    Signature,
+    begun_signature,
+    scaled,
+    signed,
+    starts,
+)
 from analysis.gap.ready.hints import Hints, Told
+from foundation.cores import ahead
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage
 
@@ -54,17 +62,17 @@ def shows(
         told: parameters that the frames tell, the same.
         watch: told whose turn it is.
     """
-    found = []
-    for kind in kinds:
-        watch(kind.name)
-        exact = told[kind.name].hints if kind.name in told else {}
-        hinted = in_range(kind, {**hints.get(kind.name, {}), **exact})
-        begun = (dataclasses.replace(e, **hinted) for e in starts(kind))
-        for effect in dict.fromkeys(way for e in begun for way in either_way(e)):
-            shown = signature(effect, case.known, seeds=SEEDS[:1])
-            if shown is not None:
-                found.append(shown)
-    return found
+
+    def begun() -> Iterator[Callable[[], Signature | None]]:
+        for kind in kinds:
+            watch(kind.name)
+            exact = told[kind.name].hints if kind.name in told else {}
+            hinted = in_range(kind, {**hints.get(kind.name, {}), **exact})
+            first = (dataclasses.replace(e, **hinted) for e in starts(kind))
+            for effect in dict.fromkeys(way for e in first for way in either_way(e)):
+                yield begun_signature(effect, case.known, seeds=SEEDS[:1])
+
+    return [shown for shown in ahead(begun()) if shown is not None]
 
 
 def either_way(effect: Effect) -> tuple[Effect, ...]:
@@ -96,13 +104,20 @@ def closer(
     keys = case.fitting.turned.space.keys
     promised = [promise(case, one.on(keys)) for one in shown]
     least = max(least, PROMISING * max(promised, default=0.0))
-    found = []
-    for one, much in zip(shown, promised, strict=True):
-        if much >= least and one.sets < len(SEEDS):
+    worth_it = [
+        much >= least and one.sets < len(SEEDS) for one, much in zip(shown, promised, strict=True)
+    ]
+
+    def begun() -> Iterator[Callable[[], Signature | None]]:
+        for one in itertools.compress(shown, worth_it):
             watch(one.effect.name)
-            one = confirmed(one, case.known)
-        found.append(one)
-    return found
+            yield begun_signature(one.effect, case.known, seeds=SEEDS[1:])
+
+    second = iter(list(ahead(begun())))
+    return [
+        confirmed(one, next(second), case.known) if again else one
+        for one, again in zip(shown, worth_it, strict=True)
+    ]
 
 
 def promise(case: Case, shown: Signature) -> float:
@@ -117,14 +132,14 @@ def promise(case: Case, shown: Signature) -> float:
     return float(np.sum(np.square(along) / np.maximum(norm, 1e-300)))
 
 
-def confirmed(first: Signature, known: Fit) -> Signature:
+def confirmed(first: Signature, second: Signature | None, known: Fit) -> Signature:
     """What a second set of random numbers agrees on with the first.
 
     Args:
         first: by one set, at this model or at one before it.
+        second: by the other; None where these frames cannot have the effect.
         known: the model.
     """
-    second = signature(first.effect, known, seeds=SEEDS[1:])
     if second is None:
         return first
     first = first.on(second.keys)

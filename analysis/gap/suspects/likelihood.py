@@ -16,10 +16,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.calibrate.calibration import calibration
-from analysis.gap.calibrate.fit import seeds_of, spaces_by, together, with_keys
+from analysis.gap.calibrate.fit import seeds_of, spaces_by, together, twins, with_keys
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters
-from analysis.gap.camera.twin import twin
 from analysis.gap.look.observation import Observation
 from analysis.gap.measure.case import Candidate, Case
 from analysis.gap.measure.twins_spread import believed
@@ -48,12 +47,8 @@ def deviance(case: Case, found: Candidate) -> float:
     """
     known = case.known
     effects = [*known.effects, found.effect]
-    bodies = together(
-        [
-            known.textured(twin(found.scenery, found.base, effects=effects, seed=seed))
-            for seed in seeds_of(JUDGES)
-        ]
-    )
+    judges = twins(found.scenery, found.base, seeds_of(JUDGES), effects)
+    bodies = together(map(known.textured, judges.values()))
     return _deviance(case, found.base, with_keys(bodies, known.bodies.keys))
 
 
