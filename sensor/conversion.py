@@ -31,8 +31,10 @@ def digitise(signal: Signal) -> Signal:
     """
     clamp_e, black_dn = signal.clamp_e, signal.format.black_dn
     return signal.pointwise(
-        lambda e, gain: (e - clamp_e) * gain + black_dn,
+        lambda e, gain, clamp, black: (e - clamp) * gain + black,
         signal.format.gain_dn_per_e,
+        clamp_e,
+        black_dn,
         quantity=Quantity.DN,
         clamp_e=0.0,
     )

@@ -172,14 +172,13 @@ class Signal:
         _, height, width = self.shape
         length = run_length(self.backend.arrays, width)
         if isinstance(numbers, (int, float)):
-            return [numbers] * length
+            return [self.figure(numbers)] * length
         index = self.backend.arrays.UInt32
         lane = dr.arange(index, frames * height * width // length)
         if isinstance(numbers, Colours):
             if numbers.uniform:
-                return [numbers.R] * length
+                return [self.figure(numbers.R)] * length
             odd_row = ((lane // (width // length)) % height & 1) == 1
-            # data, so that a new figure compiles nothing
             figure = {c: dr.opaque(self.backend.arrays.Float, numbers[c]) for c in CHANNELS}
             at = [figure[colour] for colour in self.format.cfa]
             return [dr.select(odd_row, at[2 + k], at[k]) for k in (0, 1)] * (length // 2)
@@ -234,22 +233,31 @@ class Signal:
         colour = self.colour_of_pixel()
         return dr.arange(type(colour), dr.width(colour)) * 3 + colour
 
-    def by_colour(self, figure: float | Colours) -> Any:
-        """A figure per colour in a shape that broadcasts against the numbers.
+    def figure(self, value: float) -> Any:
+        """A figure of an effect as data of a kernel, so that another value compiles nothing.
 
-        A plain float is returned as it is.
+        Nought stays a number: what it multiplies is not computed.
         """
+        if value == 0 or not self.backend.jit:
+            return value
+        return dr.opaque(dr.array_t(self.backend.arrays.TensorXf), value)
+
+    def by_colour(self, figure: Any) -> Any:
+        """A figure, or one per colour, in a shape that broadcasts against the numbers; see
+        `figure`. What is no such thing is returned as it is.
+        """
+        if isinstance(figure, (int, float)):
+            return self.figure(figure)
         if not isinstance(figure, Colours):
             return figure
         if figure.uniform:
-            return figure.R
+            return self.figure(figure.R)
         if self.coloured:
             values = self.backend.tensor([figure.R, figure.G, figure.B])
             return self.backend.arrays.TensorXf(values.array, (1, 1, 1, 3))
         # choosing afresh in every frame costs a fused kernel less than reading one frame's choice
         frames = self.shape[0] if self.backend.jit else 1
         colour = self.colour_of_pixel(frames)
-        # data, so that a new figure compiles nothing
         number = dr.array_t(self.backend.arrays.TensorXf)
         red, green, blue = (dr.opaque(number, figure[name]) for name in CHANNELS)
         flat = dr.select(colour == 0, red, dr.select(colour == 1, green, blue))

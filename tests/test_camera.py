@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import drjit as dr
 import numpy as np
 import pytest
 
@@ -13,6 +14,7 @@ from sensor.camera import Camera
 from sensor.camera_file import load, preset_names
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
+from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.dark_shot import DarkShot
 from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
@@ -393,3 +395,31 @@ def test_the_base_camera_is_in_the_catalogue() -> None:
     assert base == {
         "prnu", "dark_shot", "photon_shot", "fpn", "read_noise", "demosaic", "quantization",
     }  # fmt: skip
+
+
+def test_another_figure_of_the_camera_compiles_nothing() -> None:
+    """Whatever calibration turns is data of the kernels: a fit has hundreds of cameras."""
+    if not backend().jit:
+        pytest.skip("no kernels without a JIT backend")
+
+    def kernels(part: float) -> int:
+        """Kernels compiled, or read from a disk, for a camera with so much of everything."""
+        taken = camera(
+            DarkShot(current_e_per_s=1e4 * part, shown_e_per_s=1e3 * part),
+            PhotonShot(),
+            Prnu(ratio=0.02 * part),
+            Fpn(sigma_e=40.0 * part),
+            ReadNoise(reset_e=30.0 * part, thermal_e=0.0, other_e=0.0),
+            BlackLevelOffset(offset_e=50.0 * part),
+            black_dn=4.0 * part,
+            gain_dn_per_e=Colours.of(0.01 * part),
+        )
+        dr.kernel_history_clear()
+        dn(taken)
+        launched = [k for k in dr.kernel_history() if k["type"] == dr.KernelType.JIT]
+        assert launched
+        return sum(not kernel["cache_hit"] for kernel in launched)
+
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+        kernels(1.0)
+        assert [kernels(part) for part in (1.3, 0.7)] == [0, 0]

@@ -77,7 +77,7 @@ class DarkShot(Effect):
         shown_e = self.shown_e_per_s * signal.shot.exposure_s
         clamp_e = signal.clamp_e + dark_e - shown_e
         if self.spread_e_per_s == 0:
-            return signal.pointwise(lambda mean: mean + dark_e, clamp_e=clamp_e)
+            return signal.pointwise(lambda mean, dark: mean + dark, dark_e, clamp_e=clamp_e)
         pattern_e = self.spread_e_per_s * signal.shot.exposure_s
         charge_e = dr.maximum(dark_e + pattern_e * self.pattern(stream, *signal.shape[1:]), 0.0)
         return signal.pointwise(lambda mean, dark: mean + dark, charge_e, clamp_e=clamp_e)
