@@ -76,14 +76,15 @@ def test_a_few_pieces_are_begun_before_the_first_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize(("given", "kernels"), [(1, 1), (2, 1), (8, 4)])
-def test_kernels_beside_other_work_have_half_of_the_cores(
+def test_libraries_beside_other_work_have_few_cores(
     given: int, kernels: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And all of them again afterwards."""
+    """Half of them for kernels, one for products of matrices; and all of them again afterwards."""
     told: list[int] = []
     monkeypatch.setattr(cores, "_given", [given])
     monkeypatch.setattr(drjit, "thread_count", lambda: given)
     monkeypatch.setattr(drjit, "set_thread_count", told.append)
-    with cores.kernels_beside_other_work():
-        assert told == [kernels]
-    assert told == [kernels, given]
+    with threadpool_limits(limits=2, user_api="blas"):
+        with cores.libraries_beside_other_work():
+            assert (told, _threads_of_products()) == ([kernels], {1})
+        assert (told, _threads_of_products()) == ([kernels, given], {2})

@@ -28,7 +28,7 @@ from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
 from analysis.gap.verdict.confirm import Watch
 from analysis.gap.verdict.follow import follow
 from analysis.gap.verdict.trail import Trail
-from foundation.cores import kernels_beside_other_work
+from foundation.cores import libraries_beside_other_work
 from render.rate import RateImage
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
@@ -107,7 +107,7 @@ class Diagnosis:
         return dataclasses.replace(made, sensitivity=sensitivity)
 
 
-@kernels_beside_other_work()
+@libraries_beside_other_work()
 def diagnose(
     capture: Capture,
     model: Camera | None = None,
