@@ -113,6 +113,32 @@ def test_what_a_name_is_given_with_speaks_against_it(
     assert trust.most_of_several(names, place) == most
 
 
+@pytest.mark.parametrize(
+    ("chances", "alike", "none"),
+    [
+        ([0.41], [[]], True),
+        ([0.55], [[]], False),
+        ([0.42], [["flicker_noise"]], False),
+        ([0.2], [["specular_glare"]], True),
+        ([0.45, 0.3], [[], []], True),
+        ([0.45, 0.3], [[], ["row_noise"]], False),
+        ([0.85, 0.3], [[], []], False),
+    ],
+)
+def test_names_of_which_none_is_likely_explain_nothing(
+    chances: list[float], alike: list[list[str]], none: bool
+) -> None:
+    """Slow waves that were withheld left something of a gap and took the name of dust (0.41). A
+    drift of the black level that flicker noise resembles is one of both."""
+    choices = []
+    for names in alike:
+        best = choose([candidate("black_level_drift", 40.0)])
+        assert best is not None
+        beside = tuple(candidate(name, 38.0) for name in names)
+        choices.append(dataclasses.replace(best, alike=beside))
+    assert trust.likelier_none(choices, chances) == none
+
+
 def test_a_weak_suspect_is_not_named() -> None:
     """Not even when it is alone."""
     assert choose([candidate("row_noise", LEAST_SCORE - 1)]) is None

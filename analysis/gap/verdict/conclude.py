@@ -9,7 +9,7 @@ from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
 from analysis.gap.verdict.places import places
 from analysis.gap.verdict.strength import figure_of
 from analysis.gap.verdict.trail import Trail, elsewhere, gap_of
-from analysis.gap.verdict.trust import DOUBT, most_of_a_name, probability_of
+from analysis.gap.verdict.trust import DOUBT, likelier_none, most_of_a_name, probability_of
 from analysis.gap.verdict.verdict import (
     EQUIVALENT,
     Choice,
@@ -38,8 +38,11 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
     word = verdict(len(found.choices), gap, elsewhere(found, setting.told))
+    chances = [probability_of(place, word, gap, found) for place in range(len(found.choices))]
+    if word == "partly explained" and likelier_none(found.choices, chances):
+        word = "unexplained"
     if word == "unexplained":
-        found = found.first()
+        found, chances = found.first(), []
         gap = gap_of(found)
     before, after = found.measured[0], found.measured[-1]
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
@@ -49,8 +52,8 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     return GapReport(
         verdict=word,
         effects=tuple(
-            _named(choice, probability_of(place, word, gap, found), found)
-            for place, choice in enumerate(found.choices)
+            _named(choice, chance, found)
+            for choice, chance in zip(found.choices, chances, strict=True)
         ),
         candidates=tuple(
             Suspect(
