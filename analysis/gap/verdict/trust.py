@@ -25,9 +25,9 @@ MOST_AGAINST = 0.45
 """The same where something speaks against the model beyond doubt: likelier not than so."""
 
 LIKELIER = 0.5
-"""Probability below which an effect is likelier not the one. Where something is left besides, it is
-no explanation: of twelve such names of the bench (seeds 12, 13, 20 and 21) eight were wrong, seven of
-them for an effect that was withheld."""
+"""Probability below which an effect is likelier not the one. Where something is left besides, it
+is no explanation: of twelve such names of the bench (seeds 12, 13, 20 and 21) eight were wrong,
+seven of them for an effect that was withheld."""
 
 LATER = 0.75
 """Factor of the probability of an effect that was added to another one, where nothing is left with
