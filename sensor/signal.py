@@ -15,7 +15,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import reduce
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
@@ -42,7 +42,7 @@ class Quantity(Enum):
     DN = "DN"
     CODE = "DN, whole"
 
-    @property
+    @cached_property
     def place(self) -> int:
         """Position in the order of the signal path."""
         return list(Quantity).index(self)
