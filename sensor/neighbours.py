@@ -152,6 +152,8 @@ class Runs:
 
     def line(self, dy: int, beside: int = 1) -> list[Any]:
         """The row dy below: so many pixels left of the run, its own, and as many right of it."""
+        if not dr.is_jit_v(self.flat):
+            return self._shifted(dy, beside)
         first, row = self.places.first, self.places.row
         row = mirrored(row, dy, self.height) if dy else row
         start = (self.places.frame * self.height + row) * self.width
@@ -167,6 +169,15 @@ class Runs:
         else:
             own = fetched(self.flat, (start + first) // self.length, self.length)
         return [*before, *own, *after]
+
+    def _shifted(self, dy: int, beside: int) -> list[Any]:
+        """The same without kernels, where a fifth of the time is enough: whole pictures, moved."""
+        image = self.flat.numpy().reshape(-1, self.height, self.width)
+        lines = np.pad(image, ((0, 0), (abs(dy), abs(dy)), (beside, beside)), mode="reflect")
+        first = abs(dy) + dy
+        rows = lines[:, first : first + self.height]
+        steps = range(2 * beside + 1)
+        return [type(self.flat)(rows[..., k : k + self.width].ravel()) for k in steps]
 
 
 def interleaved(planes: list[Any]) -> Any:
