@@ -207,11 +207,7 @@ class Signal:
 
     def coordinates(self) -> tuple[Any, Any, Any]:
         """Frame, row and column of every pixel of the batch: three flat arrays of f H W indices."""
-        return self._places(self.shape[0])
-
-    def _places(self, frames: int) -> tuple[Any, Any, Any]:
-        """Frame, row and column of every pixel of so many frames."""
-        height, width = self.shape[1:3]
+        frames, height, width = self.shape[:3]
         index = dr.uint32_array_t(dr.array_t(self.backend.arrays.TensorXf))
         lane = dr.arange(index, frames * height * width)
         frame = lane // (height * width)
@@ -219,13 +215,9 @@ class Signal:
         row = pixel // width
         return frame, row, pixel - row * width
 
-    def colour_of_pixel(self, frames: int | None = None) -> Any:
-        """Which of R, G, B (0 to 2) each pixel of the mosaic sees: flat, f H W.
-
-        Args:
-            frames: f, where it is not that of the batch.
-        """
-        _, row, column = self._places(self.shape[0] if frames is None else frames)
+    def colour_of_pixel(self) -> Any:
+        """Which of R, G, B (0 to 2) each pixel of the mosaic sees: flat, f H W."""
+        _, row, column = self.coordinates()
         codes = ["RGB".index(c) for c in self.format.cfa]
         top = dr.select((column & 1) == 0, type(row)(codes[0]), type(row)(codes[1]))
         bottom = dr.select((column & 1) == 0, type(row)(codes[2]), type(row)(codes[3]))
@@ -258,13 +250,15 @@ class Signal:
         if self.coloured:
             values = self.backend.tensor([figure.R, figure.G, figure.B])
             return self.backend.arrays.TensorXf(values.array, (1, 1, 1, 3))
+        if not self.backend.jit:
+            values = np.array([figure[name] for name in CHANNELS])
+            return self.backend.tensor(values[self.format.colour_index][None])
         # choosing afresh in every frame costs a fused kernel less than reading one frame's choice
-        frames = self.shape[0] if self.backend.jit else 1
-        colour = self.colour_of_pixel(frames)
+        colour = self.colour_of_pixel()
         number = dr.array_t(self.backend.arrays.TensorXf)
         red, green, blue = (dr.opaque(number, figure[name]) for name in CHANNELS)
         flat = dr.select(colour == 0, red, dr.select(colour == 1, green, blue))
-        return self.backend.arrays.TensorXf(flat, (frames, *self.shape[1:]))
+        return self.backend.arrays.TensorXf(flat, self.shape)
 
     def numpy(self) -> NDArray[np.float32]:
         """The numbers as a NumPy array with its frame axis at full length F."""
