@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from analysis.gap.measure.signature import starts
-from analysis.gap.suspects.anew import another_valley
+from analysis.gap.suspects import valley
 from analysis.gap.suspects.beginnings import every_choice
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.dropped_frames import DroppedFrames
+from sensor.effects.gamma import Gamma
 from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.sharpening import Sharpening
 
@@ -25,18 +26,26 @@ def rugged(effect: ColorMatrix) -> float:
 
 
 @pytest.mark.parametrize("begun", [1.03, 1.055, 1.07])
-def test_a_strength_that_no_small_step_leads_to(begun: float) -> None:
-    """From 0.6 to 1.75 times the strength some factor comes to within a tenth of the valley."""
+def test_a_strength_that_no_small_step_leads_to(
+    begun: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From 0.6 to 1.75 times the strength some factor comes to within a tenth of the valley, and
+    smaller changes from there to within a fiftieth."""
 
-    def against(base: Any, effect: Any) -> Any:
-        return SimpleNamespace(base=base, effects=(effect,), deviance=rugged(effect))
+    def against(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
+        return SimpleNamespace(base=base, effects=effects, deviance=rugged(effects[-1]))
 
-    here = against(None, ColorMatrix(saturation=begun))
-    found = another_valley(here, against)
+    def begins(saturation: float) -> Any:
+        return against(None, None, None, (Gamma(), ColorMatrix(saturation=saturation)))
+
+    monkeypatch.setattr(valley, "refined", against)
+    here, nothing = begins(begun), cast(Any, None)
+    found = valley.another_valley(here, nothing, nothing)
     assert found is not None
-    assert found.effects[-1].saturation == pytest.approx(1.04, abs=0.1 * 0.04)
+    assert found.effects[0] == Gamma()
+    assert cast(ColorMatrix, found.effects[-1]).saturation == pytest.approx(1.04, abs=0.02 * 0.04)
     assert found.deviance < here.deviance - 50.0
-    assert another_valley(against(None, ColorMatrix(saturation=1.04)), against) is None
+    assert valley.another_valley(begins(1.04), nothing, nothing) is None
 
 
 def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import Candidate, Case, candidate
-from analysis.gap.measure.signature import scaled, signature
+from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.beginnings import (
     choices,
@@ -22,6 +22,7 @@ from analysis.gap.suspects.beginnings import (
     of_other_strengths,
 )
 from analysis.gap.suspects.settle import settled
+from analysis.gap.suspects.valley import another_valley
 from sensor.effect import Effect, Stage
 
 ANEW_STEPS = 5
@@ -42,11 +43,6 @@ OFF = 1.0
 BEHIND = 2.0
 """Times the misfit of a suspect that was calibrated before, from which one that leaves more after
 its likeliest way is not sent on any other."""
-
-STRENGTHS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
-"""Factors of a strength that are tried where no small step leads on: of whole codes each patch of a
-chart goes over to the next one at a strength of its own, and what is likely is likely in a valley a
-tenth wide."""
 
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
@@ -141,7 +137,7 @@ def anew(
         if likeliest.misfit <= ENOUGH or likeliest.misfit > BEHIND * to_beat:
             break
     if tuned and effect.stage is Stage.PROCESSING and MISFIT < likeliest.misfit <= BEHIND * to_beat:
-        valley = another_valley(likeliest, against)
+        valley = another_valley(likeliest, case.fit_seen, scenery)
         if valley is not None:
             other, left = calibrated(valley.base, valley.effects[-1])
             best = other if left.deviance < likeliest.deviance else best
@@ -184,15 +180,3 @@ def _scored(case: Case, found: Candidate, base: Base, effect: Effect) -> Candida
     """A suspect with another strength and another camera; None where that cannot be simulated."""
     shown = signature(effect, case.known, base=base, seeds=FINAL_SEEDS)
     return None if shown is None else candidate(case, shown, base, found.absorbed)
-
-
-def another_valley(found: Refined, against: Callable[[Base, Effect], Refined]) -> Refined | None:
-    """A likelier strength of the last effect that no small step leads to; None where there is none.
-
-    Args:
-        found: a camera with the effect, where small steps ended.
-        against: holds a camera with the effect against the frames.
-    """
-    tried = [against(found.base, scaled(found.effects[-1], by)) for by in STRENGTHS]
-    likeliest = min(tried, key=lambda one: one.deviance)
-    return likeliest if likeliest.deviance < found.deviance else None
