@@ -7,11 +7,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from analysis.gap.calibrate.counting import counted
+from analysis.gap.calibrate.counting import by_rule, counted
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
 from analysis.gap.camera.base import Base, channels_alike
-from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
+from analysis.gap.look.arithmetic import (
+    HALVES_UP,
+    IN_FRACTIONS,
+    OF_QUARTERS,
+    OF_WHOLE_SAMPLES,
+    RULES,
+)
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
@@ -43,6 +49,9 @@ OFF = 1.0
 BEHIND = 2.0
 """Times the misfit of a suspect that was calibrated before, from which one that leaves more after
 its likeliest way is not sent on any other."""
+
+RECOUNTS = 3
+"""How often it is asked anew how a demosaicer counts, and the camera is calibrated so."""
 
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
@@ -136,8 +145,27 @@ def anew(
             best, likeliest = other, left
         if likeliest.misfit <= ENOUGH or likeliest.misfit > BEHIND * to_beat:
             break
-    if tuned and effect.stage is Stage.PROCESSING and MISFIT < likeliest.misfit <= BEHIND * to_beat:
-        valley = another_valley(likeliest, case.fit_seen, scenery)
+
+    def off() -> bool:
+        return tuned and MISFIT < likeliest.misfit <= BEHIND * to_beat
+
+    def as_it_counts_now() -> Base:
+        """As the demosaicer seems to count with the suspect as strong as it is now; where that is
+        no news, in whole numbers, which what is done to them hides.
+        """
+        base = counted(likeliest, case.fit_seen, scenery)
+        news = base is not likeliest.base or base.arithmetic in RULES
+        return base if news or HALVES_UP not in scenery.rules else by_rule(base, HALVES_UP)
+
+    if effect.stage is Stage.PROCESSING:
+        for _ in range(RECOUNTS):
+            if not off():
+                break
+            other, left = calibrated(as_it_counts_now(), likeliest.effects[-1])
+            if left.deviance >= likeliest.deviance:
+                break
+            best, likeliest = other, left
+        valley = another_valley(likeliest, case.fit_seen, scenery) if off() else None
         if valley is not None:
             other, left = calibrated(valley.base, valley.effects[-1])
             best = other if left.deviance < likeliest.deviance else best
