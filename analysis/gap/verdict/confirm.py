@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from analysis.gap.calibrate.counting import counted, in_finer_codes
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.observation import Observation
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS
-from analysis.gap.suspects.valley import another_valley
+from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts
 from analysis.gap.verdict.verdict import LEAST_SCORE, SIGNIFICANCE, Choice
-from sensor.effect import Stage
 
 Watch = Callable[[str], None]
 
@@ -66,33 +63,11 @@ def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
     step = _step(setting, choice, found.model or _around(now, found.scenery))
     if step.ends:
         return step
-    again = _recounted(now, fit_half, found.scenery)
+    again = recounted(now, fit_half, found.scenery)
     if again is now:
         return step
-    recounted = _step(setting, choice, _around(again, found.scenery))
-    return recounted if recounted.left.held.total < step.left.held.total else step
-
-
-def _recounted(now: Refined, seen: Observation, scenery: Scenery) -> Refined:
-    """The model with the way of counting, and with the strength of processing, that are likelier;
-    the same where there are none.
-
-    Args:
-        now: the camera with its effects.
-        seen: the frames that fit.
-        scenery: their light and shots.
-    """
-    last = now.effects[-1]
-    base = counted(now, seen, scenery, enough=0.0)
-    if base is now.base:
-        again = in_finer_codes(now, seen, scenery)
-    else:
-        again = refine(base, seen, scenery, now.effects, steps=ANEW_STEPS, tuned=last.name)
-    # what is done to whole codes is fitted where it was found, by another way of counting
-    valley = another_valley(again, seen, scenery) if last.stage is Stage.PROCESSING else None
-    if valley is None:
-        return again
-    return refine(valley.base, seen, scenery, valley.effects, steps=ANEW_STEPS, tuned=last.name)
+    other = _step(setting, choice, _around(again, found.scenery))
+    return other if other.left.held.total < step.left.held.total else step
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
