@@ -45,11 +45,10 @@ wide."""
 
 FINER = (*TO_EVEN, *UP)
 
-HALVES_UP = 1
 HALVES_TO_EVEN = 2
 
 RULES: dict[int, Callable[[Whole], Whole]] = {
-    HALVES_UP: lambda total: (total + 1) // 2,
+    1: lambda total: (total + 1) // 2,
     HALVES_TO_EVEN: lambda total: total // 2 + (total & total // 2 & 1),
     3: lambda total: total // 2,
 }

@@ -12,7 +12,6 @@ from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.arithmetic import (
-    HALVES_UP,
     IN_FRACTIONS,
     OF_QUARTERS,
     OF_WHOLE_SAMPLES,
@@ -49,9 +48,6 @@ OFF = 1.0
 BEHIND = 2.0
 """Times the misfit of a suspect that was calibrated before, from which one that leaves more after
 its likeliest way is not sent on any other."""
-
-RECOUNTS = 3
-"""How often it is asked anew how a demosaicer counts, and the camera is calibrated so."""
 
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
@@ -149,22 +145,26 @@ def anew(
     def off() -> bool:
         return tuned and MISFIT < likeliest.misfit <= BEHIND * to_beat
 
-    def as_it_counts_now() -> Base:
-        """As the demosaicer seems to count with the suspect as strong as it is now; where that is
-        no news, in whole numbers, which what is done to them hides.
+    def recounts() -> Iterator[Base]:
+        """As the demosaicer seems to count with the suspect as strong as it is now, and in whole
+        numbers, which what is done to them hides.
         """
-        base = counted(likeliest, case.fit_seen, scenery)
-        news = base is not likeliest.base or base.arithmetic in RULES
-        return base if news or HALVES_UP not in scenery.rules else by_rule(base, HALVES_UP)
+        base = counted(likeliest, case.fit_seen, scenery, enough=MISFIT)
+        if base is not likeliest.base:
+            yield base
+        for rule in RULES:
+            if rule in scenery.rules and rule != likeliest.base.arithmetic:
+                yield by_rule(likeliest.base, rule)
 
     if effect.stage is Stage.PROCESSING:
-        for _ in range(RECOUNTS):
+        for base in recounts():
             if not off():
                 break
-            other, left = calibrated(as_it_counts_now(), likeliest.effects[-1])
-            if left.deviance >= likeliest.deviance:
-                break
-            best, likeliest = other, left
+            other, left = calibrated(base, likeliest.effects[-1])
+            if left.deviance < likeliest.deviance:
+                best, likeliest = other, left
+            elif likeliest.base.arithmetic not in RULES:
+                break  # one whole number is much like another
         valley = another_valley(likeliest, case.fit_seen, scenery) if off() else None
         if valley is not None:
             other, left = calibrated(valley.base, valley.effects[-1])
