@@ -7,17 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from analysis.gap.look.comb import (
+    MANY_ORIGINS,
     MOST_CODES,
     NEAR,
+    OF_FEW_TEETH,
     SLACK,
     WINDOW,
     Teeth,
     combs,
     few_teeth_of,
     fitting,
+    like_few,
     teeth_of,
 )
 
@@ -34,9 +36,6 @@ COARSER = 5
 ORIGINS = np.arange(-0.6, 0.61, 0.15)
 """Where a curve about black begins, from a first black level: noise that it bends moves that."""
 
-MANY_ORIGINS = np.arange(-0.6, 0.61, 0.05)
-"""The same where a few teeth are all there is."""
-
 CHORD = 0.025
 """Part of the range up to which there may be a straight line, and teeth of its own."""
 
@@ -45,10 +44,6 @@ FINER_ORIGINS = np.linspace(-0.1, 0.1, 5)
 BENT_ALIKE = 0.45
 """Correlation of a histogram with the comb of a power that it has, whose teeth are few where it is
 steep; others have 0.3."""
-
-OF_FEW_TEETH = 0.4
-"""Part of what is uneven that a comb of few teeth explains. None of 12 cameras had any without a
-curve, nor with a white balance of 1.02; one with unequal steps had 0.46."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,24 +108,14 @@ def nearly_straight(counts: Mapping[str, Floats], black_dn: float) -> Curve | No
     if few is None:
         return None
     beyond = few[0] > black_dn + CHORD * size
-    at, seen = few[0][beyond], _nearby(few[1][beyond])
-    if not seen.any():
-        return None
+    teeth = few[0][beyond], few[1][beyond]
     codes = np.arange(float(size))[:, None]
     found: list[tuple[float, float, float]] = []
     for origin in (0.0, *(black_dn + MANY_ORIGINS)):
-        of_powers = combs(powered(codes, size - 1, origin, NEARLY_STRAIGHT), size)[at]
-        comb = _nearby(np.clip(of_powers - 1.0, -1.0, 1.0))
-        told = (2.0 * seen @ comb - np.square(comb).sum(axis=0)) / np.square(seen).sum()
-        alike = NEARLY_STRAIGHT[told > told.max() - SLACK]
-        found.append((float(told.max()), float(np.median(alike)), float(origin)))
+        of_powers = combs(powered(codes, size - 1, origin, NEARLY_STRAIGHT), size)
+        found.append((*like_few(teeth, NEARLY_STRAIGHT, of_powers), float(origin)))
     told, exponent, origin = max(found)
     return Curve(exponent=exponent, origin_dn=origin) if told > OF_FEW_TEETH else None
-
-
-def _nearby(teeth: Floats) -> Floats:
-    """Teeth that reach half into the codes beside them: one that is a code off is half right."""
-    return np.asarray(ndimage.convolve1d(teeth, [0.5, 1.0, 0.5], axis=0, mode="constant"))
 
 
 def powered(codes: Floats, top: float, origin: float, exponents: Floats | float) -> Floats:

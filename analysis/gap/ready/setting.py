@@ -18,6 +18,7 @@ from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, nearly_straight
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
+from analysis.gap.look.nearly_one import nearly_one
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import Plan, plan, stack_of
@@ -28,6 +29,7 @@ from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.gamma import Gamma
 from sensor.effects.jpeg import Jpeg
+from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture, Frames
 
 Floats = NDArray[np.float64]
@@ -95,15 +97,20 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         counting=counting,
-        told=_told(keys, bits, counts, black_dn),
+        told=_told(keys, bits, counts, black_dn, balanced=bool(counting.gains)),
     )
 
 
 def _told(
-    keys: Sequence[Frames], bits: int, counts: Mapping[str, Floats], black_dn: float
+    keys: Sequence[Frames],
+    bits: int,
+    counts: Mapping[str, Floats],
+    black_dn: float,
+    *,
+    balanced: bool,
 ) -> dict[str, Told]:
-    """Lost bits, the exponent of a curve behind the converter, the quality of JPEG, and how many
-    pixels share a colour.
+    """Lost bits, the exponent of a curve behind the converter, gains that are nearly 1 where no
+    others are known, the quality of JPEG, and how many pixels share a colour.
     """
     told: dict[str, Told] = {}
     if bits:
@@ -115,6 +122,9 @@ def _told(
         where = {} if bent.origin_dn or not bent.sharp else {"about_black": 0.0}
         hints = {"exponent": bent.exponent, **where}
         told[Gamma.name] = Told(hints=hints, exact=bent.sharp)
+    elif not balanced and (gains := nearly_one(counts, black_dn)):
+        ways = [Told(hints=dataclasses.asdict(one)) for one in gains]
+        told[WhiteBalance.name] = dataclasses.replace(ways[0], instead=[*ways, None][1])
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
         told[Jpeg.name] = Told(hints={"quality": float(tables)})
