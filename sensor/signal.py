@@ -12,10 +12,10 @@ and broadcasts, so that nothing is computed per frame before it differs per fram
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
@@ -42,7 +42,7 @@ class Quantity(Enum):
     DN = "DN"
     CODE = "DN, whole"
 
-    @cached_property
+    @functools.cached_property
     def place(self) -> int:
         """Position in the order of the signal path."""
         return list(Quantity).index(self)
@@ -122,7 +122,9 @@ class Signal:
         value = self.value
         lowest = value.array
         if isinstance(self.numbers, Planes) and not self.numbers.run_in:
-            lowest = reduce(lesser, (part for parts in self.numbers.colours for part in parts))
+            lowest = functools.reduce(
+                lesser, (part for parts in self.numbers.colours for part in parts)
+            )
             dr.eval(value, lowest)
         return dataclasses.replace(self, numbers=value, least=float(dr.min(lowest)[0]))
 
@@ -154,14 +156,12 @@ class Signal:
         if not beside:
             value = self.value
             return self.replace(type(value)(change(value.array), self.shape), **changes)
-        if not self.backend.jit:
-            plain = [n.tensor if isinstance(n, Planes) else self.by_colour(n) for n in beside]
-            return self.replace(_without_kernels(change, self.value, *plain), **changes)
-        fours = not self.coloured and self.shape[2] % 4 == 0
+        fours = self.backend.jit and not self.coloured and self.shape[2] % 4 == 0
         drawn = any(isinstance(n, Planes) for n in (held, *beside))
         if not fours or not (drawn or self.shape[0] > 1):
             plain = [n.tensor if isinstance(n, Planes) else self.by_colour(n) for n in beside]
-            return self.replace(change(self.value, *plain), **changes)
+            changed = change if self.backend.jit else functools.partial(_without_kernels, change)
+            return self.replace(changed(self.value, *plain), **changes)
         shapes = [n.shape for n in (held, *beside) if not isinstance(n, (int, float, Colours))]
         frames = max(shape[0] for shape in shapes)
         runs = [self._in_runs(numbers, frames) for numbers in (held, *beside)]

@@ -123,8 +123,10 @@ def _told(
         hints = {"exponent": bent.exponent, **where}
         told[Gamma.name] = Told(hints=hints, exact=bent.sharp)
     elif not balanced and (gains := nearly_one(counts, black_dn)):
-        ways = [Told(hints=dataclasses.asdict(one)) for one in gains]
-        told[WhiteBalance.name] = dataclasses.replace(ways[0], instead=[*ways, None][1])
+        likelier: Told | None = None
+        for one in reversed(gains):
+            likelier = Told(hints=dataclasses.asdict(one), instead=likelier)
+            told[WhiteBalance.name] = likelier
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
     if (tables := quality(whole)) is not None:
         told[Jpeg.name] = Told(hints={"quality": float(tables)})
