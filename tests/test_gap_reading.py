@@ -24,8 +24,8 @@ from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, nearly_straight, powered
+from analysis.gap.look.gains_by_teeth import gains_by_teeth
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.look.nearly_one import nearly_one
 from analysis.gap.look.repeats import fresh, repeats
 from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.measure.signature import scaled, starts
@@ -120,31 +120,46 @@ def test_gains_before_the_converter_leave_no_comb() -> None:
     assert white_balance(counts(picture() // 4 * 4)) is None
 
 
-@pytest.mark.parametrize(("red", "blue"), [(1.006, 1.0101), (0.987, 1.018), (1.01, 1.0)])
+@pytest.mark.parametrize(
+    ("red", "blue"),
+    [(1.006, 1.0101), (0.987, 1.018), (1.01, 1.0), (1.0314, 1.0524), (0.89, 0.945), (1.02, 1.11)],
+)
 @pytest.mark.parametrize("black_dn", [0.0, 4.3])
-def test_gains_that_are_nearly_1_are_read_from_a_tooth_or_two(
+def test_gains_near_1_are_read_from_their_few_teeth(
     red: float, blue: float, black_dn: float
 ) -> None:
     """Code o + (k - 1/2) / (g - 1) is the k-th that is left out, or taken twice: of one at 54 half
     a code is a hundredth of g - 1, as half a DN is of the origin o."""
     codes = black_dn + (picture(brightest=250.0, frames=16) - black_dn) * np.array([red, 1.0, blue])
-    ways = nearly_one(counts(codes), black_dn + 0.2)
+    ways = [one.white_balance for one in gains_by_teeth(counts(codes), black_dn + 0.2)]
     assert [one.about_black for one in ways] in ([1.0], [1.0, 0.0], [0.0, 1.0])
     found = next(one for one in ways if one.about_black == 1.0)
     off = np.array([found.red_gain - red, found.blue_gain - blue])
     assert np.all(np.abs(off) < 0.03 * np.abs(np.array([red, blue]) - 1.0) + 1e-9)
 
 
+@pytest.mark.parametrize(("red", "blue"), [(1.0314, 1.0524), (0.89, 0.945), (1.02, 1.11)])
+def test_many_teeth_tell_what_gains_leave_alone(red: float, blue: float) -> None:
+    """The last of n teeth at code x moves by 1 / (g - 1) where the gain is 1 / x off."""
+    black_dn = 4.3
+    codes = black_dn + (picture(brightest=250.0, frames=16) - black_dn) * np.array([red, 1.0, blue])
+    (found,) = gains_by_teeth(counts(codes), black_dn + 0.3)
+    balance = found.white_balance
+    assert (balance.red_gain, balance.blue_gain) == pytest.approx((red, blue), abs=6e-4)
+    assert balance.about_black == 1.0
+    assert found.origin_dn == pytest.approx(black_dn, abs=0.35)
+
+
 @pytest.mark.parametrize("seed", range(8))
-def test_other_cameras_have_no_gains_that_are_nearly_1(seed: int) -> None:
+def test_other_cameras_have_no_gains_near_1(seed: int) -> None:
     """Neither one without gains, nor one whose codes are all bent, or of unequal width."""
     codes = picture(seed)
-    assert nearly_one(counts(codes), 4.3) == ()
-    assert nearly_one(counts(powered(codes, 255.0, 0.0, 0.98)), 0.0) == ()
+    assert gains_by_teeth(counts(codes), 4.3) == ()
+    assert gains_by_teeth(counts(powered(codes, 255.0, 0.0, 0.98)), 0.0) == ()
     alike = 4.3 + (codes - 4.3) * 1.01
-    assert nearly_one(counts(alike), 4.3) == ()
+    assert gains_by_teeth(counts(alike), 4.3) == ()
     unequal = np.where(codes % 64 == 63, codes + np.array([1.0, 0.0, 0.0]), codes)
-    assert nearly_one(counts(unequal), 4.3) == ()
+    assert gains_by_teeth(counts(unequal), 4.3) == ()
 
 
 @pytest.mark.parametrize("seed", range(6, 12))

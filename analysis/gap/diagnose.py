@@ -21,7 +21,7 @@ from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import FAR, Refined, as_shown, refine
 from analysis.gap.camera.base import camera_of
-from analysis.gap.look.arithmetic import FINER
+from analysis.gap.look.arithmetic import FINER, OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
 from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
@@ -66,8 +66,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
     best = with_likelier_gains(best, fit_half, scenery, counting.gains)
-    # codes alone leave open whether means of finer ones are whole
-    open_yet = counting.gains and counting.arithmetic in FINER
+    # codes alone leave open whether means of what is multiplied afterwards are whole
+    open_yet = counting.gains and counting.arithmetic in (OF_WHOLE_SAMPLES, *FINER)
     other = counted(best, fit_half, scenery, enough=0.0 if open_yet else FAR)
     if other is not best.base:
         best = refine(other, fit_half, scenery, effects)

@@ -139,17 +139,28 @@ def like_few(teeth: Teeth, figures: Floats, of_figures: Floats) -> tuple[float, 
         figures: one for each comb, (n,).
         of_figures: the combs, (codes, n).
     """
-    at, seen = teeth[0], _nearby(teeth[1])
-    if not seen.any():
-        return 0.0, 1.0
-    comb = _nearby(np.clip(of_figures[at] - 1.0, -1.0, 1.0))
-    told = (2.0 * seen @ comb - np.square(comb).sum(axis=0)) / np.square(seen).sum()
+    told = explained(teeth, of_figures)
     return float(told.max()), float(np.median(figures[told > told.max() - SLACK]))
 
 
-def _nearby(teeth: Floats) -> Floats:
-    """Teeth that reach half into the codes beside them: one that is a code off is half right."""
-    return np.asarray(ndimage.convolve1d(teeth, [0.5, 1.0, 0.5], axis=0, mode="constant"))
+def explained(teeth: Teeth, of_figures: Floats, off: float = 0.5) -> Floats:
+    """Which part of a few teeth each comb explains, (n,): 0 where there are none.
+
+    Args:
+        teeth: of `few_teeth_of`.
+        of_figures: the combs, (codes, n).
+        off: how right a tooth is that is a code off.
+    """
+    at, seen = teeth[0], _nearby(teeth[1], off)
+    comb = _nearby(np.clip(of_figures[at] - 1.0, -1.0, 1.0), off)
+    of_all = np.square(seen).sum()
+    told = 2.0 * seen @ comb - np.square(comb).sum(axis=0)
+    return np.asarray(told / of_all if of_all else np.zeros_like(told))
+
+
+def _nearby(teeth: Floats, off: float) -> Floats:
+    """Teeth that reach into the codes beside them."""
+    return np.asarray(ndimage.convolve1d(teeth, [off, 1.0, off], axis=0, mode="constant"))
 
 
 def _roundest(alike: Floats) -> float:

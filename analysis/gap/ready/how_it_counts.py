@@ -4,6 +4,7 @@ converter, and a white balance behind it.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,11 +19,13 @@ from analysis.gap.look.arithmetic import (
     rules_of,
 )
 from analysis.gap.look.code_edges import code_edges
-from analysis.gap.look.comb import MOST_CODES
+from analysis.gap.look.comb import MOST_CODES, NEAR
 from analysis.gap.look.finer_codes import finer_codes, in_turn
 from analysis.gap.look.finer_gains import Gains
+from analysis.gap.look.gains_by_teeth import MOST, gains_by_teeth
 from analysis.gap.look.lattices import Lattice, channels_of
 from analysis.gap.look.whole_gains import white_balance
+from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
@@ -36,11 +39,13 @@ class HowItCounts:
         arithmetic: the likeliest way; see `sensor.effects.demosaic`.
         rules: all that are left open.
         gains: behind the converter, in all ways that codes leave open.
+        slight: gains so near to 1 that they are suspected, as other effects are.
     """
 
     arithmetic: int
     rules: tuple[int, ...]
     gains: tuple[Gains, ...] = ()
+    slight: tuple[WhiteBalance, ...] = ()
 
 
 def how_it_counts(
@@ -63,6 +68,9 @@ def how_it_counts(
     """
     told = arithmetic_of([f.dn for f in keys], lattices)
     coloured = keys[0].pixels == "rgb8"
+    gains = _of_whole_codes(counts, bits, black_dn) if coloured else ()
+    near = all(_beyond(one) < NEAR for one in gains)
+    slight = tuple(one.white_balance for one in gains) if near else ()
     if told in (IN_FRACTIONS, *TO_EVEN) and not bits and keys[0].top_dn < MOST_CODES:
         edges = {c: code_edges(shots, lattices, c) for c in channels_of(lattices)}
         # nobody multiplies a mosaic
@@ -70,9 +78,44 @@ def how_it_counts(
         if finer is not None:
             alone = coloured and not finer.gains
             rules = rules_of(*finer.rules) if alone else finer.rules
-            return HowItCounts(arithmetic=finer.rules[0], rules=rules, gains=finer.gains)
-    balance = white_balance(counts, 2**bits) if coloured else None
-    if balance is None:
-        return HowItCounts(arithmetic=told, rules=rules_of(told) if coloured else (told,))
-    gains = Gains(white_balance=balance)
-    return HowItCounts(arithmetic=OF_WHOLE_SAMPLES, rules=rules_of(told), gains=(gains,))
+            return HowItCounts(
+                arithmetic=finer.rules[0],
+                rules=rules,
+                gains=finer.gains,
+                slight=() if finer.gains else slight,
+            )
+    rules = rules_of(told) if coloured else (told,)
+    if gains and not near:
+        return HowItCounts(arithmetic=OF_WHOLE_SAMPLES, rules=rules, gains=gains)
+    return HowItCounts(arithmetic=told, rules=rules, slight=slight)
+
+
+def _of_whole_codes(counts: Mapping[str, Floats], bits: int, black_dn: float) -> tuple[Gains, ...]:
+    """Gains by the few teeth of channels where they are near 1, else by their combs."""
+    by_comb = white_balance(counts, 2**bits)
+    by_teeth = gains_by_teeth(counts, black_dn)
+    if by_comb is None:
+        return by_teeth
+    both = tuple(filled for one in by_teeth if (filled := _filled(one, by_comb)) is not None)
+    return both or (Gains(white_balance=by_comb),)
+
+
+def _filled(by_teeth: Gains, by_comb: WhiteBalance) -> Gains | None:
+    """With a comb's gain where that is too far from 1 for few teeth; None where both speak of
+    other origins.
+    """
+    far = {
+        name: gain
+        for name in ("red_gain", "blue_gain")
+        if abs((gain := getattr(by_comb, name)) - 1.0) > MOST
+    }
+    if far and by_comb.about_black != by_teeth.white_balance.about_black:
+        return None
+    balance = dataclasses.replace(by_teeth.white_balance, **far)
+    return dataclasses.replace(by_teeth, white_balance=balance)
+
+
+def _beyond(gains: Gains) -> float:
+    """By how much the larger of them is not 1."""
+    balance = gains.white_balance
+    return max(abs(balance.red_gain - 1.0), abs(balance.blue_gain - 1.0))

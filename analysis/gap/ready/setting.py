@@ -18,7 +18,6 @@ from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, nearly_straight
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
-from analysis.gap.look.nearly_one import nearly_one
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import Plan, plan, stack_of
@@ -97,7 +96,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=observe((stack_of(f, chosen) for f in keys), view),
         black_dn=black_dn,
         counting=counting,
-        told=_told(keys, bits, counts, black_dn, balanced=bool(counting.gains)),
+        told=_told(keys, bits, counts, black_dn, counting.slight),
     )
 
 
@@ -106,11 +105,10 @@ def _told(
     bits: int,
     counts: Mapping[str, Floats],
     black_dn: float,
-    *,
-    balanced: bool,
+    slight: Sequence[WhiteBalance],
 ) -> dict[str, Told]:
-    """Lost bits, the exponent of a curve behind the converter, gains that are nearly 1 where no
-    others are known, the quality of JPEG, and how many pixels share a colour.
+    """Lost bits, the exponent of a curve behind the converter, gains that are nearly 1, the quality
+    of JPEG, and how many pixels share a colour.
     """
     told: dict[str, Told] = {}
     if bits:
@@ -122,9 +120,9 @@ def _told(
         where = {} if bent.origin_dn or not bent.sharp else {"about_black": 0.0}
         hints = {"exponent": bent.exponent, **where}
         told[Gamma.name] = Told(hints=hints, exact=bent.sharp)
-    elif not balanced and (gains := nearly_one(counts, black_dn)):
+    else:
         likelier: Told | None = None
-        for one in reversed(gains):
+        for one in reversed(slight):
             likelier = Told(hints=dataclasses.asdict(one), instead=likelier)
             told[WhiteBalance.name] = likelier
     whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
