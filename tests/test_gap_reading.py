@@ -66,7 +66,9 @@ def counts(codes: np.ndarray) -> dict[str, np.ndarray]:
     return histograms([dn], SITES, TOP_DN)
 
 
-@pytest.mark.parametrize(("red", "blue"), [(1.2, 0.85), (1.6, 1.33), (1.0, 0.7)])
+@pytest.mark.parametrize(
+    ("red", "blue"), [(1.2, 0.85), (1.6, 1.33), (1.0, 0.7), (1.45, 2.35), (2.6, 1.0)]
+)
 def test_gains_of_whole_codes_are_read_from_their_combs(red: float, blue: float) -> None:
     codes = counts(picture() * np.array([red, 1.0, blue]))
     found = white_balance(codes)

@@ -19,6 +19,12 @@ WINDOWED = 512
 STEP = 64
 """Such windows begin at multiples of this, so that channels have most of them in common."""
 
+LARGE_GAINS = np.round(np.arange(2.0, 3.2, 5e-4), 4)
+
+MIRRORED = 0.03
+"""By how much more a histogram is like the comb of a large gain, of which every second or third
+code is hit: those of smaller gains are nearly its mirror images, and more frequent."""
+
 OFFSETS = np.arange(0.0, 2.0, 0.1)
 
 AS_GOOD_AS_ZERO = 0.15
@@ -60,14 +66,16 @@ def _gains_of(counts: Mapping[str, Floats], step: int) -> dict[str, tuple[float,
     found: dict[str, list[tuple[float, float, float]]] = {channel: [] for channel in counts}
     for low in {first[channel] for channel, one in teeth.items() if one is not None}:
         size = min(WINDOWED, len(counts["G"]) - low)
-        # a gain below 1 fills a window from more codes than it has, if there are more
-        whole = np.floor(low / GAINS) + np.arange(min(2 * size, len(counts["G"])))[:, None]
-        whole = whole[::step] // step * step
-        for at in step * OFFSETS:
-            every = combs(whole * GAINS + at - low, size)
-            for channel, one in teeth.items():
-                if one is not None and first[channel] == low:
-                    found[channel].append((*fitting(one, GAINS, every, near), float(at)))
+        for gains, less in ((GAINS, 0.0), (LARGE_GAINS, MIRRORED)):
+            # a gain below 1 fills a window from more codes than it has, if there are more
+            whole = np.floor(low / gains) + np.arange(min(2 * size, len(counts["G"])))[:, None]
+            whole = whole[::step] // step * step
+            for at in step * OFFSETS:
+                every = combs(whole * gains + at - low, size)
+                for channel, one in teeth.items():
+                    if one is not None and first[channel] == low:
+                        alike, gain = fitting(one, gains, every, near)
+                        found[channel].append((alike - less, gain, float(at)))
     chance = max((alike for alike, _, _ in found["G"]), default=0.0) if step == 1 else 0.0
     least = {channel: ALIKE if channel == "G" else max(ALIKE, chance + MORE) for channel in found}
     return {channel: _roundest_pair(one, least[channel]) for channel, one in found.items()}
