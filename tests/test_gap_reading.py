@@ -70,7 +70,7 @@ def counts(codes: np.ndarray) -> dict[str, np.ndarray]:
     ("red", "blue"), [(1.2, 0.85), (1.6, 1.33), (1.0, 0.7), (1.45, 2.35), (2.6, 1.0)]
 )
 def test_gains_of_whole_codes_are_read_from_their_combs(red: float, blue: float) -> None:
-    codes = counts(picture() * np.array([red, 1.0, blue]))
+    codes = counts(picture(frames=16) * np.array([red, 1.0, blue]))
     found = white_balance(codes)
     assert found is not None
     assert (found.red_gain, found.blue_gain, found.about_black) == (red, blue, 0.0)
