@@ -43,7 +43,7 @@ class DarkShot(Effect):
         20.0,
         unit="e-/s",
         minimum=0.0,
-        maximum=1e5,
+        maximum=1e6,
         identity=0.0,
         doc="dark current of a photosite at the sensor's temperature",
     )
@@ -51,8 +51,8 @@ class DarkShot(Effect):
     shown_e_per_s: float = parameter(
         0.0,
         unit="e-/s",
-        minimum=-1e5,
-        maximum=1e5,
+        minimum=-1e6,
+        maximum=1e6,
         identity=0.0,
         doc="the part of its mean that the clamp leaves in the frames; below 0 it takes too much",
     )
@@ -60,7 +60,7 @@ class DarkShot(Effect):
         0.0,
         unit="e-/s",
         minimum=0.0,
-        maximum=1e5,
+        maximum=1e6,
         identity=0.0,
         doc="standard deviation of the current over the photosites",
     )

@@ -25,7 +25,7 @@ from sensor.interpolation import COUNTING
 Floats = NDArray[np.float64]
 
 
-MOST_DARK_E_PER_S = 9e4
+MOST_DARK_E_PER_S = 9e5
 MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
 

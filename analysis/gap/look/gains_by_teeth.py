@@ -49,7 +49,6 @@ AS_EXACT = 0.005
 RIVAL = 0.1
 """The same where black or code 0 are what gains leave alone."""
 
-
 OF_GREEN = 0.25
 """Part of what is uneven in green that a gain may explain by chance: up to 0.15 of 40 cameras."""
 

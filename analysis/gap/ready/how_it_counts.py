@@ -101,18 +101,17 @@ def _of_whole_codes(counts: Mapping[str, Floats], bits: int, black_dn: float) ->
 
 
 def _filled(by_teeth: Gains, by_comb: WhiteBalance) -> Gains | None:
-    """With a comb's gain where that is too far from 1 for few teeth; None where both speak of
-    other origins.
+    """With a comb's gain where that is too far from 1 for few teeth, or these say nothing; None
+    where both speak of other origins.
     """
-    far = {
-        name: gain
-        for name in ("red_gain", "blue_gain")
-        if abs((gain := getattr(by_comb, name)) - 1.0) > MOST
-    }
-    if far and by_comb.about_black != by_teeth.white_balance.about_black:
+    balance, more = by_teeth.white_balance, {}
+    for name in ("red_gain", "blue_gain"):
+        few, comb = getattr(balance, name), getattr(by_comb, name)
+        if abs(comb - 1.0) > MOST or (few == 1.0 and comb != 1.0):
+            more[name] = comb
+    if more and by_comb.about_black != balance.about_black:
         return None
-    balance = dataclasses.replace(by_teeth.white_balance, **far)
-    return dataclasses.replace(by_teeth, white_balance=balance)
+    return dataclasses.replace(by_teeth, white_balance=dataclasses.replace(balance, **more))
 
 
 def _beyond(gains: Gains) -> float:
