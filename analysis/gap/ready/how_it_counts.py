@@ -68,26 +68,22 @@ def how_it_counts(
     """
     told = arithmetic_of([f.dn for f in keys], lattices)
     coloured = keys[0].pixels == "rgb8"
-    gains = _of_whole_codes(counts, bits, black_dn) if coloured else ()
-    near = all(_beyond(one) < NEAR for one in gains)
-    slight = tuple(one.white_balance for one in gains) if near else ()
+    finer = None
     if told in (IN_FRACTIONS, *TO_EVEN) and not bits and keys[0].top_dn < MOST_CODES:
         edges = {c: code_edges(shots, lattices, c) for c in channels_of(lattices)}
         # nobody multiplies a mosaic
         finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
-        if finer is not None:
-            alone = coloured and not finer.gains
-            rules = rules_of(*finer.rules) if alone else finer.rules
-            return HowItCounts(
-                arithmetic=finer.rules[0],
-                rules=rules,
-                gains=finer.gains,
-                slight=() if finer.gains else slight,
-            )
-    rules = rules_of(told) if coloured else (told,)
-    if gains and not near:
-        return HowItCounts(arithmetic=OF_WHOLE_SAMPLES, rules=rules, gains=gains)
-    return HowItCounts(arithmetic=told, rules=rules, slight=slight)
+    if finer is not None and (finer.gains or not coloured):
+        return HowItCounts(arithmetic=finer.rules[0], rules=finer.rules, gains=finer.gains)
+    if not coloured:
+        return HowItCounts(arithmetic=told, rules=(told,))
+    gains = _of_whole_codes(counts, bits, black_dn)
+    near = all(_beyond(one) < NEAR for one in gains)
+    if finer is None and not near:
+        return HowItCounts(arithmetic=OF_WHOLE_SAMPLES, rules=rules_of(told), gains=gains)
+    rules = (told,) if finer is None else finer.rules
+    slight = tuple(one.white_balance for one in gains) if near else ()
+    return HowItCounts(arithmetic=rules[0], rules=rules_of(*rules), slight=slight)
 
 
 def _of_whole_codes(counts: Mapping[str, Floats], bits: int, black_dn: float) -> tuple[Gains, ...]:
