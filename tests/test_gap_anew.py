@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -9,14 +10,15 @@ import numpy as np
 import pytest
 
 from analysis.gap.measure.signature import starts
-from analysis.gap.suspects import valley
-from analysis.gap.suspects.beginnings import every_choice
+from analysis.gap.suspects import beginnings, valley
+from analysis.gap.suspects.beginnings import as_dark, every_choice
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.dropped_frames import DroppedFrames
 from sensor.effects.gamma import Gamma
 from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.sharpening import Sharpening
+from tests.candidates import BASE
 
 
 def rugged(effect: ColorMatrix) -> float:
@@ -60,6 +62,28 @@ def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
         (w, o, t) for w in (0.0, 1.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
     }
     assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
+
+
+def test_darks_begin_as_bright_as_they_are_and_as_loud_as_what_gathers_in_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Codes cut to multiples of four are (0 + 1 + 2 + 3) / 4 = 1.5 DN darker: so much is missing
+    from the black of a camera whose twins are cut once more. Lit shots say nothing of it."""
+    colours = np.array([3.0, 2.0, 4.0])
+    dark = np.broadcast_to(colours[:, None], (5, 2, 3, 7)).copy()
+    lit = dark + 100.0
+    shown = np.concatenate([dark, lit], axis=1)
+    cut = np.concatenate([dark - 1.5, lit - 7.0], axis=1)
+    bodies = SimpleNamespace(shots=("a", "b", "c", "d"), means=cut)
+    monkeypatch.setattr(beginnings, "together", lambda several: bodies)
+    base = dataclasses.replace(BASE, black_dn=np.ones(3), dark_e_per_s=9e5, shown_e_per_s=4500.0)
+    found = cast(Any, SimpleNamespace(base=base, bodies={}, lit=frozenset({"c", "d"})))
+    begun = as_dark(found, cast(Any, SimpleNamespace(means=shown)))
+    np.testing.assert_allclose(begun.black_dn, 2.5)
+    assert begun.dark_e_per_s == 4500.0
+    darker = dataclasses.replace(base, shown_e_per_s=-20.0)
+    found = cast(Any, SimpleNamespace(base=darker, bodies={}, lit=found.lit))
+    assert as_dark(found, cast(Any, SimpleNamespace(means=shown))).dark_e_per_s == 0.0
 
 
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:

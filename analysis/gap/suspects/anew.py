@@ -21,6 +21,7 @@ from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.beginnings import (
+    as_dark,
     choices,
     every_choice,
     louder,
@@ -106,6 +107,8 @@ def anew(
         """Where to begin, the likeliest first."""
         coloured = "G" in base.channels
         even = channels_alike(base) if coloured else base
+        if told and told.exact and not start:
+            yield as_dark(against(even, effect), case.fit_seen), effect
         chosen = every_choice(effect, told.hints if told else None) if tuned else [effect]
         sent = effect.stage is Stage.TRANSPORT and len(chosen) > 1
         if not start and (sent or not tuned):

@@ -8,8 +8,11 @@ from itertools import product
 
 import numpy as np
 
+from analysis.gap.calibrate.fit import together
+from analysis.gap.calibrate.refine import Refined
 from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS
+from analysis.gap.look.observation import Observation
 from analysis.gap.measure.signature import starts, strengths
 from analysis.gap.ready.hints import Hints
 from analysis.gap.suspects.pursue import LONG, chosen_otherwise
@@ -24,6 +27,28 @@ def louder(base: Base) -> Base:
     once more takes noise away, and darks that are left without any tell no small step back to it.
     """
     return dataclasses.replace(base, read_dn2=LOUDER * base.read_dn2, arithmetic=IN_FRACTIONS)
+
+
+def as_dark(found: Refined, seen: Observation) -> Base:
+    """The base with darks as bright as the frames, and with the noise of what gathers in them.
+
+    What rounds codes takes their mean away, or adds to it, and makes them scatter by steps of its
+    own. A camera that is calibrated without it has a black level that is off by half a step, and a
+    dark current whose noise is that of the steps, not of what darks are brighter by.
+
+    Args:
+        found: the camera with the effect, before either is mended.
+        seen: the frames that fit.
+    """
+    bodies = together(found.bodies.values())
+    dark = [place for place, label in enumerate(bodies.shots) if label not in found.lit]
+    missing = seen.means.mean(axis=0) - bodies.means.mean(axis=0)
+    base = found.base
+    return dataclasses.replace(
+        base,
+        black_dn=base.black_dn + missing[dark].mean(axis=(0, 2)),
+        dark_e_per_s=max(base.shown_e_per_s, 0.0),
+    )
 
 
 def every_choice(effect: Effect, told: Hints | None = None) -> list[Effect]:
