@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from analysis.gap.measure.signature import starts
-from analysis.gap.suspects import beginnings, valley
+from analysis.gap.ready.hints import Told
+from analysis.gap.suspects import anew, beginnings, valley
 from analysis.gap.suspects.beginnings import as_dark, every_choice
+from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.dropped_frames import DroppedFrames
@@ -84,6 +86,40 @@ def test_darks_begin_as_bright_as_they_are_and_as_loud_as_what_gathers_in_them(
     darker = dataclasses.replace(base, shown_e_per_s=-20.0)
     found = cast(Any, SimpleNamespace(base=darker, bodies={}, lit=found.lit))
     assert as_dark(found, cast(Any, SimpleNamespace(means=shown))).dark_e_per_s == 0.0
+
+
+def test_where_frames_tell_a_camera_the_light_is_not_that_of_another_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A signature changes the light for an effect beside the camera that is known. The camera that
+    frames tell with the effect begins under the light as it was."""
+    lights = []
+
+    def refine(base: Any, seen: Any, scenery: Any, effects: Any, **how: Any) -> Any:
+        lights.append(scenery.light)
+        return SimpleNamespace(base=base, effects=effects, misfit=0.8, deviance=-1.0)
+
+    def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
+        return SimpleNamespace(base=base, effects=effects, misfit=3.0, deviance=0.0)
+
+    monkeypatch.setattr(anew, "refine", refine)
+    monkeypatch.setattr(anew, "refined", refined)
+    monkeypatch.setattr(anew, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
+    ambient = AmbientLight(rate_e_per_s=2e5)
+    as_it_was = SimpleNamespace(light="as it was", rules=())
+    known = SimpleNamespace(scenery=as_it_was, effects=(), base=BASE)
+    case: Any = SimpleNamespace(known=known, misfit=3.0, fit_seen=None)
+    found: Any = SimpleNamespace(
+        base=BASE,
+        effect=ambient,
+        name=ambient.name,
+        scenery=SimpleNamespace(light="changed", rules=()),
+        misfit=3.0,
+    )
+    anew.anew(case, found, ambient, Told(hints={}, exact=False, base=BASE))
+    anew.anew(case, found, ambient, Told(hints={}, exact=False))
+    assert lights == ["as it was", "changed"]
 
 
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:

@@ -113,7 +113,7 @@ def test_what_lingers_where_most_was_off_is_told() -> None:
         return Distance(
             total=1.0,
             by_family={"codes": codes, "rows": rows},
-            p_by_family={"codes": chance, "rows": 0.0},
+            p_by_family={"codes": chance, "rows": 0.0 if rows > 1.0 else 0.3},
             p_value=0.0,
         )
 
@@ -127,6 +127,9 @@ def test_what_lingers_where_most_was_off_is_told() -> None:
     assert lingering(little, far(1.2, 0.4, 1e-13)) == ("codes",)
     assert lingering(little, far(1.1, 0.4, 1e-13)) == ()
     assert lingering(little, far(2.8, 0.4, 1e-5)) == ()
+    few_figures = far(32.0, 30.0, 1e-3)
+    assert lingering(few_figures, far(32.0, 2.9, 1e-3)) == ()
+    assert lingering(few_figures, far(0.0, 11.0, 1.0)) == ("rows",)
 
 
 def test_what_whole_codes_tell_stands_whatever_else_is_left(

@@ -90,6 +90,9 @@ def anew(
     start = told.base if told else None
     if start or found.misfit > LED_NOWHERE * case.misfit:
         effect, base = first, start or known.base
+    if start:
+        # the light was changed for the effect beside another camera
+        scenery = known.scenery
 
     def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
         fitted = refine(

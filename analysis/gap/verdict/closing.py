@@ -193,10 +193,13 @@ def against(before: Measured, after: Measured) -> tuple[str, ...]:
 def lingering(before: Distance, after: Distance) -> tuple[str, ...]:
     """The family that was most off, where a model leaves much of it and that beyond doubt.
 
+    One of few figures may be off by more, and by chance: it is no witness where another one is.
+
     Args:
         before, after: distances without and with the effects.
     """
-    most = max(before.by_family, key=lambda name: before.by_family[name])
+    sure = [name for name, chance in before.p_by_family.items() if chance < CERTAIN]
+    most = max(sure or before.by_family, key=lambda name: before.by_family[name])
     was, left = before.by_family[most], after.by_family.get(most, 0.0)
     chance = after.p_by_family.get(most, 1.0)
     least = min(LINGERS * was, max(LINGERS_AT_LEAST, LINGERS_OF_MOST * was))
