@@ -221,7 +221,9 @@ def test_the_best_of_many_is_less_surprising() -> None:
     assert both(0.01, 0.5) == pytest.approx(1 - 0.99**2)
 
 
-@pytest.mark.parametrize(("score", "factor"), [(20, 0.4), (40, 0.4), (70, 0.7), (100, 1), (900, 1)])
+@pytest.mark.parametrize(
+    ("score", "factor"), [(20, 0.4), (40, 0.4), (105, 0.7), (150, 1), (900, 1)]
+)
 def test_a_name_of_a_low_score_is_doubted(score: float, factor: float) -> None:
     """By itself it has all that "none of them" leaves: half of such names were right."""
     alone = candidate("row_noise", score)
