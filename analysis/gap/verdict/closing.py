@@ -165,7 +165,7 @@ more than a tenth; of 5 wrong names four had."""
 LINGERS_AT_LEAST = 3.0
 LINGERS_OF_MOST = 0.03
 """G of that family from which it lingers, or this part of what it was where that is more: of a
-dozen more right names ten left less than half of this, and one 3.2 of 145, for a formula that is
+dozen more right names ten left less than half of this, and one 3.4 of 144, for a formula that is
 nearly the right one; roots of the codes, taken for a converter's steps, left 10 of 207."""
 
 MOST_LINGERS = 0.3
