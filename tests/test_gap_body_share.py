@@ -22,7 +22,7 @@ def observed(keys: tuple[Key, ...], figures: np.ndarray) -> Observation:
     return Observation(
         keys=keys, figures=figures, shots=("dark",), lit=frozenset(), channels=("Y",),
         means=np.zeros((len(figures), 1, 1, 1)), noise=np.ones((1, 1)), grid=(1, 1), samples=1,
-        frames=4,
+        frames=4, counted=4,
     )  # fmt: skip
 
 

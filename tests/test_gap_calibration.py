@@ -129,6 +129,7 @@ def observation(figures: np.ndarray) -> Observation:
         grid=(1, 1),
         samples=1,
         frames=2,
+        counted=2,
     )
 
 
@@ -297,6 +298,7 @@ def twins_of_blocks(means_dn: Floats, lit: str = "") -> Observation:
     return Observation(
         keys=(), figures=np.zeros((BODIES, 0)), shots=("a", "b", "c"), lit=frozenset(lit),
         channels=("Y",), means=means_dn, noise=np.ones((3, 1)), grid=(20, 20), samples=1, frames=4,
+        counted=12,
     )  # fmt: skip
 
 
@@ -361,7 +363,7 @@ def twins_that_stay(noise_dn2: float) -> Observation:
         keys=tuple(Key(shot="a", lattice="Y", family="time", statistic=name) for name in names),
         figures=np.zeros((16, 3)), shots=("a", "b"), lit=frozenset(), channels=("Y",),
         means=np.zeros((16, 2, 1, 1)), noise=np.full((2, 1), noise_dn2), grid=(1, 1), samples=1,
-        frames=4,
+        frames=4, counted=8,
     )  # fmt: skip
 
 
@@ -383,15 +385,19 @@ def test_a_figure_that_no_twin_moved_is_as_rare_as_groups_say(moved: int, chance
 
 def test_frames_with_noise_never_repeat_by_chance() -> None:
     """3 groups of 4 frames in 2 shots: one of 24 frames is beyond doubt, four are twice as far, as
-    counts go. Darks without noise are as rare as groups say."""
+    counts go, and so they are for one group of them, which is told what all of them repeat. Darks
+    without noise are as rare as groups say."""
     by_chance = stats.norm.isf(0.5 / 969)
-    cases = ((0.3, 1, 8.0), (0.3, 4, 16.0), (0.0, 1, by_chance), (0.0, 4, by_chance))
+    cases = ((0.3, 1, 16.0), (0.3, 4, 32.0), (0.0, 1, by_chance), (0.0, 4, by_chance))
     for noise_dn2, repeats, z in cases:
         figures = np.zeros((3, 3))
         figures[:, 2] = repeats / 24
         one = twins_that_stay(noise_dn2)
-        errors = never_moved(one, dataclasses.replace(one, figures=figures))
-        assert repeats / 24 / errors[2] == pytest.approx(z)
+        seen = dataclasses.replace(one, figures=figures, counted=24)
+        assert repeats / 24 / never_moved(one, seen)[2] == pytest.approx(z)
+        part = dataclasses.replace(seen, figures=figures[:1])
+        if noise_dn2:
+            assert repeats / 24 / never_moved(one, part)[2] == pytest.approx(z)
 
 
 def test_dark_current_that_differs_is_read_behind_rounding() -> None:

@@ -376,7 +376,7 @@ def test_colours_come_red_first_whatever_the_mosaic_begins_with(cfa: str) -> Non
         Lattice(name=f"{c}{k}", channel=c, dy=k // 2, dx=k % 2, step=2) for k, c in enumerate(cfa)
     ]
     view = View(lattices=tuple(sites), frames=4, side=4, top_dn=255)
-    seen = observe([Stack(label="lit", lit=True, groups=[dn], repeated=0.0)], view)
+    seen = observe([Stack(label="lit", lit=True, groups=[dn], counted=len(dn), repeated=0)], view)
     assert seen.channels == ("R", "G", "B")
     assert np.allclose(seen.means[0, 0].mean(axis=1), (10, 20, 30))
 
@@ -409,7 +409,8 @@ def test_what_is_looked_at_together_is_what_is_looked_at_alone(size: tuple[int, 
             label=label,
             lit=lit,
             groups=[rng.poisson(level, (4, *size, 3)).astype(np.uint8)],
-            repeated=0.0,
+            counted=4,
+            repeated=0,
         )
         for label, lit, level in (("dark", False, 9), ("dim", True, 40), ("bright", True, 90))
     ]
@@ -439,7 +440,7 @@ def test_frames_that_were_looked_at_are_not_looked_at_again(
     dn = np.random.default_rng(31).integers(90, 110, (4, 48, 64), dtype=np.uint8)
 
     def seen(frames: np.ndarray, *, lit: bool) -> np.ndarray:
-        stack = Stack(label="one", lit=lit, groups=[frames], repeated=0.0)
+        stack = Stack(label="one", lit=lit, groups=[frames], counted=len(frames), repeated=0)
         return observe([stack], view).figures
 
     first = seen(dn, lit=False)

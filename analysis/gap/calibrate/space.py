@@ -151,8 +151,10 @@ CHANGING_DN2 = 1e-3
 """Variance in time from which some pixels of every frame have another code in the next one: one in
 a thousand by a step."""
 
-BEYOND_DOUBT = 8.0
-"""Standard errors that a frame counts which repeats the one before, where every frame has noise."""
+BEYOND_DOUBT = 16.0
+"""Standard errors that a frame counts which repeats the one before, where every frame has noise.
+Spreads are read from a few twins, so that 8 of them count as 5, which are lost among a hundred
+figures of time; these are not."""
 
 
 def never_moved(twins: Observation, seen: Observation) -> Floats:
@@ -181,8 +183,7 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
     errors = np.where(still & (moved > 0), off / np.maximum(counts, 1e-9), 0.0)
     if twins.noise.max(axis=1).min() > CHANGING_DN2:
         repeated = np.array([key.statistic == REPEATED for key in twins.keys])
-        frames = g * seen.frames * len(seen.shots)
-        of_repeats = np.sqrt(np.maximum(off * frames, 1.0)) / (BEYOND_DOUBT * frames)
+        of_repeats = np.sqrt(np.maximum(off * seen.counted, 1.0)) / (BEYOND_DOUBT * seen.counted)
         errors = np.where(repeated & still, of_repeats, errors)
     return np.asarray(errors)
 

@@ -212,7 +212,8 @@ def _stacks(camera: Camera, lights: Sequence[Signal], wanted: int, seed: int) ->
             label=light.shot.label,
             lit=not light.shot.dark,
             groups=[fresh(dn, wanted)],
-            repeated=float(repeats(dn).mean()),
+            counted=len(dn),
+            repeated=int(repeats(dn).sum()),
         )
 
 

@@ -41,6 +41,8 @@ class Observation:
         grid: blocks down and across.
         samples: samples of a channel in a block.
         frames: frames in a group.
+        counted: frames as they came, of all shots, among which repeats were counted; halves of a
+            capture share this count.
     """
 
     keys: tuple[Key, ...]
@@ -53,6 +55,7 @@ class Observation:
     grid: tuple[int, int]
     samples: int
     frames: int
+    counted: int
 
     @property
     def groups(self) -> int:
@@ -85,10 +88,12 @@ class Stack:
         label: of the shot.
         lit: whether a lamp was on.
         groups: its frames in groups, none of which repeats another.
-        repeated: part of the frames as they came that repeated the one before.
+        counted: frames as they came.
+        repeated: how many of these repeated the one before.
     """
 
     label: str
     lit: bool
     groups: Sequence[NDArray[Any]]
-    repeated: float
+    counted: int
+    repeated: int

@@ -42,9 +42,10 @@ def begun(stacks: Iterable[Stack], view: View) -> Callable[[], Observation]:
     names: dict[str, list[_Name]] = {}
     looks: dict[_Name, _Seen] = {}
     waiting: dict[bool, dict[_Name, NDArray[Any]]] = {False: {}, True: {}}
-    repeated, lit = [], set()
+    counted, repeated, lit = 0, 0, set()
     for stack in stacks:
-        repeated.append(stack.repeated)
+        counted += stack.counted
+        repeated += stack.repeated
         if stack.lit:
             lit.add(stack.label)
         groups = [np.ascontiguousarray(dn) for dn in stack.groups]
@@ -62,16 +63,19 @@ def begun(stacks: Iterable[Stack], view: View) -> Callable[[], Observation]:
         looks |= _submitted(alike, kind, view)
     _keep(looks)
     seen = [(label, [looks[name] for name in shot]) for label, shot in names.items()]
-    return functools.partial(_gathered, seen, repeated, frozenset(lit), view)
+    return functools.partial(_gathered, seen, (counted, repeated), frozenset(lit), view)
 
 
 def _gathered(
     seen: Sequence[tuple[str, Sequence[_Seen]]],
-    repeated: Sequence[float],
+    frames: tuple[int, int],
     lit: frozenset[str],
     view: View,
 ) -> Observation:
-    """Everything that was seen of the groups of each shot, by its label."""
+    """Everything that was seen of the groups of each shot, by its label, and of how many frames how
+    many repeat.
+    """
+    counted, repeated = frames
     keys: list[Key] = []
     by_key: list[Sequence[float]] = []
     for label, shot in seen:
@@ -80,7 +84,7 @@ def _gathered(
         by_key += zip(*([one.figures[where] for where in shared] for one in shot), strict=True)
     # they are so few that only all shots together tell how many
     keys.append(Key(shot=EVERY_SHOT, lattice="all", family="time", statistic=REPEATED))
-    by_key.append([float(np.mean(repeated))] * len(seen[0][1]))
+    by_key.append([repeated / counted] * len(seen[0][1]))
     channels = channels_of(view.lattices)
     return Observation(
         keys=tuple(keys),
@@ -93,6 +97,7 @@ def _gathered(
         grid=seen[0][1][0].lattices.grid,
         samples=view.side**2 * (len(view.lattices) // len(channels)),
         frames=view.frames,
+        counted=counted,
     )
 
 

@@ -120,5 +120,6 @@ def stack_of(frames: Frames, plan: Plan) -> Stack:
         label=frames.shot.label,
         lit=not frames.shot.dark,
         groups=np.split(fresh(taken, wanted), plan.groups),
-        repeated=float(repeats(taken).mean()),
+        counted=len(taken),
+        repeated=int(repeats(taken).sum()),
     )
