@@ -22,12 +22,14 @@ from analysis.gap.verdict.verdict import (
     SIGNIFICANCE,
 )
 from analysis.gap_bench.count import lines
-from analysis.gap_bench.page import confusions, limits_table, table
+from analysis.gap_bench.page import confusions, limits_table, probabilities, table
+from analysis.gap_bench.run import Place
 from analysis.identifiability.limits import Limit
 from foundation.output import new_file
 
 HERE = Path(__file__).parent
-RESULTS = HERE / "results" / "gap.json"
+RESULTS = HERE / "results" / "gap"
+USUAL_SIZE = Place(out=Path()).size
 
 FIGURES = {
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
@@ -50,20 +52,26 @@ FIGURES = {
 
 def write_gap_page() -> None:
     """The page."""
-    found = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else None
-    others = [
-        json.loads(path.read_text(encoding="utf-8"))
-        for path in sorted(RESULTS.parent.glob("gap-*.json"))
-    ]
+    runs = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(RESULTS.glob("*.json"))]
     with new_file(HERE / "gap.md") as scratch:
-        scratch.write_text(gap_page(found, others), encoding="utf-8")
+        scratch.write_text(gap_page(runs), encoding="utf-8")
 
 
-def gap_page(found: dict[str, Any] | None, others: Sequence[dict[str, Any]] = ()) -> str:
-    """The page with these results, or with none, and those of captures of other sizes."""
+def gap_page(runs: Sequence[dict[str, Any]]) -> str:
+    """The page with these runs of the bench: the table of the newest of the usual size and that of
+    all of it together, then those of captures of other sizes.
+    """
     text = (HERE / "gap_text.md").read_text(encoding="utf-8")
+    runs = sorted(runs, key=lambda run: (run["date"], run["seed"]))
+    usual = [run for run in runs if run["size"] == USUAL_SIZE]
+    newest = usual[-1] if usual else None
+    others = (run for run in runs if run["size"] != USUAL_SIZE)
     more = [f"\n### Captures of {size(other)}\n\n{measured(other)}" for other in others]
-    parts = FIGURES | {"measured": measured(found) + "".join(more), "limits": limits(found)}
+    parts = FIGURES | {
+        "measured": measured(newest),
+        "together": together(usual) + "".join(more),
+        "limits": limits(newest),
+    }
     for name, words in parts.items():
         text = text.replace(f"<!-- {name} -->", words)
     return text
@@ -80,7 +88,7 @@ def measured(found: dict[str, Any] | None) -> str:
         f"Counted {found['date']} at commit {found['commit']}; measured with the diagnosis whose"
         f" files hash to {found['diagnosis']}:"
         f" {len(rows)} cases, and {left_out} that cannot be (an effect that has no such strength),"
-        f" of {found['planned']} planned with seed {found.get('seed', 0)} (`make bench-gap SEED=2`"
+        f" of {found['planned']} planned with seed {found['seed']} (`make bench-gap SEED=2`"
         " takes others). The order of the cases is shuffled and fixed, so that"
         f" these are a fair sample. Captures are {size(found)}; every base figure is drawn anew for"
         " each. Severity is the strength in detection limits of the very camera of a case. **A line"
@@ -89,6 +97,23 @@ def measured(found: dict[str, Any] | None) -> str:
         + table(lines(rows, limits))
         + "\nWhat is taken for what: bold is the true effect; the number is how often.\n\n"
         + confusions(rows)
+    )
+
+
+def together(runs: Sequence[dict[str, Any]]) -> str:
+    """The table of all runs of a size, and what their probabilities were worth."""
+    if not runs:
+        return "Not measured yet: `make bench-gap` has no published cases."
+    rows = [row for run in runs for row in run["rows"] if "skipped" not in row]
+    nameless = sum(row["kind"] == "withheld" for row in rows)
+    told = ", ".join(f"{run['seed']} by {run['commit']}" for run in runs)
+    return (
+        f"{len(rows)} cases of the seeds {told}, all of {size(runs[-1])}.\n\n"
+        + table(lines(rows, known(runs[-1])))
+        + "\nWhat a probability is worth: of all names that were given in these cases, how many are"
+        f" true, or in a class with what is. In {nameless} of the {len(rows)} cases the effect is"
+        " withheld, so that no name is; where such causes are more frequent, a name is worth"
+        " less.\n\n" + probabilities(rows)
     )
 
 

@@ -390,23 +390,33 @@ def test_the_bands_touch() -> None:
 
 
 def test_the_page_holds_what_was_measured_and_nothing_else() -> None:
-    none = gap_page(None)
-    assert none.count("Not measured yet") == 2
+    none = gap_page([])
+    assert none.count("Not measured yet") == 3
     assert "<!--" not in none
     found = {
         "date": "2000-01-01",
         "commit": "abc",
         "diagnosis": "123",
-        "size": "64x48x16",
+        "size": "160x120x24",
+        "seed": 3,
         "planned": 7,
         "limits": {name: dataclasses.asdict(entry) for name, entry in LIMITS.items()},
         "rows": [row("null", [], 0.0), row("null", [], 0.0, verdict="unexplained")],
     }
-    text = gap_page(found)
+    text = gap_page([found])
     assert "2 cases" in text
     assert "| 50 % | 9 to 91 % | 2 |" in text
     assert "commit abc" in text
     assert "| row_noise |" in text
+    # the newest stands alone, all of its size stand together
+    gamma = row("effect", ["gamma"], 5.0, named=[named("gamma", probability=0.8)])
+    later = found | {"date": "2000-01-02", "commit": "def", "seed": 4, "rows": [gamma]}
+    larger = found | {"size": "640x480x24", "commit": "ghi"}
+    both = gap_page([later, larger, found])
+    assert both.index("commit def") < both.index("commit ghi")
+    assert "commit abc" not in both
+    assert "3 cases of the seeds 3 by abc, 4 by def" in both
+    assert "| 0.7 to 0.9 | 80 % | 100 % | 21 to 100 % | 1 |" in both
 
 
 def test_a_camera_that_counts_in_whole_numbers_sees_less_of_a_filter_in_time(place: Place) -> None:

@@ -55,8 +55,9 @@ def main() -> int:
     )
     try:
         if options.what in ("run", "limits"):
-            if known := go_on(place, published(place.size)):
-                print(f"{known} cases stand in {published(place.size)}", flush=True)
+            path = published(place.size, place.seed)
+            if known := go_on(place, path):
+                print(f"{known} cases stand in {path}", flush=True)
             rows = run_bench(
                 place,
                 count=0 if options.what == "limits" else options.cases,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -119,6 +120,28 @@ def one_too_many(row: Row) -> bool:
     return any(
         not covers(named, row) and named["probability"] >= SURE for named in row["named"][1:]
     )
+
+
+PROBABILITIES = (0.0, 0.3, 0.5, 0.7, 0.9, 1.0)
+"""Where one band of probabilities ends and the next begins; the lower end belongs to a band."""
+
+
+def borne_out(rows: Iterable[Row]) -> list[tuple[tuple[float, float], float, Share]]:
+    """Of every name that was given, how often it was right, by the probability it was given with.
+
+    Returns:
+        for each band in which there are names, the band, the mean of what was said, and the share
+        of names that were true or in a class with what is.
+    """
+    given = [(name, row) for row in rows if "skipped" not in row for name in row["named"]]
+    made = []
+    for low, high in itertools.pairwise(PROBABILITIES):
+        inside = [(name, row) for name, row in given if low <= name["probability"] < high]
+        if inside:
+            said = sum(name["probability"] for name, _ in inside) / len(inside)
+            good = sum(covers(name, row) for name, row in inside)
+            made.append(((low, high), said, Share(hits=good, cases=len(inside))))
+    return made
 
 
 def band(rows: Iterable[Row], low: float, high: float) -> list[Row]:

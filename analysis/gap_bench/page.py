@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from analysis.gap.verdict.verdict import EQUIVALENT
-from analysis.gap_bench.count import BANDS, Line, Row, Share, confusion
+from analysis.gap_bench.count import BANDS, Line, Row, Share, borne_out, confusion
 from analysis.gap_bench.severity import THRESHOLD
 from analysis.identifiability.limits import STANDARD_ERRORS, Limit
 
@@ -46,6 +46,23 @@ def cells(line: Line) -> tuple[str, ...]:
 def table(lines: Sequence[Line]) -> str:
     """All lines as a table in Markdown."""
     return markdown(HEADS, [cells(line) for line in lines])
+
+
+def probabilities(rows: Sequence[Row]) -> str:
+    """What a probability that is given with a name is worth."""
+    made = []
+    for (low, high), said, found in borne_out(rows):
+        least, most = found.interval
+        made.append(
+            (
+                f"{low:g} to {high:g}",
+                f"{100 * said:.0f} %",
+                f"{100 * (found.value or 0.0):.0f} %",
+                f"{100 * least:.0f} to {100 * most:.0f} %",
+                str(found.cases),
+            )
+        )
+    return markdown(("probability", "said, on average", "right", "95 % interval", "names"), made)
 
 
 def confusions(rows: Sequence[Row]) -> str:

@@ -15,14 +15,12 @@ from analysis.identifiability.limits import Limit
 from foundation.journal import Journal
 from foundation.output import new_file
 
-PUBLISHED = Path("docs/results")
-USUAL_SIZE = Place(out=Path()).size
-"""Results of it stand in gap.json, those of any other in a file that names the size."""
+PUBLISHED = Path("docs/results/gap")
 
 
-def published(size: str) -> Path:
-    """The file of the documentation for captures of a size."""
-    return PUBLISHED / ("gap.json" if size == USUAL_SIZE else f"gap-{size}.json")
+def published(size: str, seed: int) -> Path:
+    """The file of the documentation for captures of a size and the cameras of a seed."""
+    return PUBLISHED / f"{size}-seed{seed}.json"
 
 
 def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
@@ -45,7 +43,8 @@ def document(place: Place, rows: list[dict[str, Any]], name: str) -> dict[str, A
 
 def keep(found: dict[str, Any]) -> Path:
     """Write what the documentation shows; returns where."""
-    path = published(found["size"])
+    path = published(found["size"], found["seed"])
+    path.parent.mkdir(parents=True, exist_ok=True)
     with new_file(path) as scratch:
         scratch.write_text(json.dumps(found, allow_nan=False) + "\n", encoding="utf-8")
     return path
@@ -62,7 +61,7 @@ def go_on(place: Place, path: Path) -> int:
     if place.results.is_file() or not path.is_file():
         return 0
     found = json.loads(path.read_text(encoding="utf-8"))
-    if (found["diagnosis"], found["size"], found.get("seed")) != (code(), place.size, place.seed):
+    if (found["diagnosis"], found["size"], found["seed"]) != (code(), place.size, place.seed):
         return 0
     if not place.limits.is_file():
         write_limits(place, {name: Limit(**entry) for name, entry in found["limits"].items()})
