@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from analysis.gap.calibrate.counting import by_rule, counted
+from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
 from analysis.gap.camera.base import Base, channels_alike
@@ -15,7 +15,6 @@ from analysis.gap.look.arithmetic import (
     IN_FRACTIONS,
     OF_QUARTERS,
     OF_WHOLE_SAMPLES,
-    RULES,
 )
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
@@ -27,17 +26,14 @@ from analysis.gap.suspects.beginnings import (
     louder,
     of_other_strengths,
 )
+from analysis.gap.suspects.mend import MISFIT, Tried, likelier, mended
 from analysis.gap.suspects.settle import settled
-from analysis.gap.suspects.valley import another_valley
 from sensor.effect import Effect, Stage
 
 ANEW_STEPS = 5
 
 ENOUGH = 1.05
 """Misfit, by its own errors, from which no other way is gone with a suspect."""
-
-MISFIT = 1.2
-"""Part of the expected chi-squared beyond which the camera is calibrated with the suspect in it."""
 
 SCATTERS = 0.5
 """Part of the misfit by the errors of a model without a suspect that is left by its own, where it
@@ -79,12 +75,12 @@ def anew(
         """By its own errors: what makes figures scatter leaves much by those of others."""
         return refined(base, case.fit_seen, scenery, (*known.effects, effect))
 
-    best, as_found = found, against(found.base, found.effect)
-    likeliest = as_found
+    as_found = found, against(found.base, found.effect)
+    best = as_found
     tuned = not (told and told.exact)
-    if tuned and _scatters(case, found, as_found):
+    if tuned and _scatters(case, *as_found):
         return _settled(case, found)
-    if likeliest.misfit <= ENOUGH:
+    if best[1].misfit <= ENOUGH:
         return found
     effect, base = found.effect, found.base
     start = told.base if told else None
@@ -94,7 +90,7 @@ def anew(
         # the light was changed for the effect beside another camera
         scenery = known.scenery
 
-    def calibrated(begin: Base, with_it: Effect) -> tuple[Candidate, Refined]:
+    def calibrated(begin: Base, with_it: Effect) -> Tried:
         fitted = refine(
             begin,
             case.fit_seen,
@@ -104,7 +100,7 @@ def anew(
             tuned=found.name if tuned else "",
         )
         one = _scored(case, found, fitted.base, fitted.effects[-1])
-        return (found, as_found) if one is None else (one, fitted)
+        return as_found if one is None else (one, fitted)
 
     def ways() -> Iterator[tuple[Base, Effect]]:
         """Where to begin, the likeliest first."""
@@ -121,16 +117,16 @@ def anew(
         if not coloured:
             yield from from_where_it_is()
             return
-        if likeliest is as_found or likeliest.misfit > MISFIT:
+        if best is as_found or best[1].misfit > MISFIT:
             yield counted(against(even, effect), case.fit_seen, scenery), effect
             yield from from_where_it_is()
-        if likeliest is not as_found:
-            yield channels_alike(likeliest.base), likeliest.effects[-1]
+        if best is not as_found:
+            yield channels_alike(best[1].base), best[1].effects[-1]
 
     def from_where_it_is() -> Iterator[tuple[Base, Effect]]:
         """The same without a change of the camera's figures."""
         as_it_was = base is found.base and effect is found.effect
-        begun = as_found if as_it_was else against(base, effect)
+        begun = as_found[1] if as_it_was else against(base, effect)
         as_counted = counted(begun, case.fit_seen, scenery)
         yield as_counted, effect
         # far from the camera its arithmetic cannot be seen, so all ways are gone
@@ -141,41 +137,16 @@ def anew(
             yield as_counted, other
 
     for way in ways():
-        other, left = calibrated(*way)
-        # the widest model leaves least, and is not the likeliest
-        if left.deviance < likeliest.deviance:
-            best, likeliest = other, left
-        if likeliest.misfit <= ENOUGH or likeliest.misfit > BEHIND * to_beat:
+        best = likelier(best, calibrated(*way))
+        if best[1].misfit <= ENOUGH or best[1].misfit > BEHIND * to_beat:
             break
 
-    def off() -> bool:
-        return tuned and MISFIT < likeliest.misfit <= BEHIND * to_beat
-
-    def recounts() -> Iterator[Base]:
-        """As the demosaicer seems to count with the suspect as strong as it is now, and in whole
-        numbers, which what is done to them hides.
-        """
-        base = counted(likeliest, case.fit_seen, scenery, enough=MISFIT)
-        if base is not likeliest.base:
-            yield base
-        for rule in RULES:
-            if rule in scenery.rules and rule != likeliest.base.arithmetic:
-                yield by_rule(likeliest.base, rule)
+    def off(now: Refined) -> bool:
+        return tuned and MISFIT < now.misfit <= BEHIND * to_beat
 
     if effect.stage is Stage.PROCESSING:
-        for base in recounts():
-            if not off():
-                break
-            other, left = calibrated(base, likeliest.effects[-1])
-            if left.deviance < likeliest.deviance:
-                best, likeliest = other, left
-            elif likeliest.base.arithmetic not in RULES:
-                break  # one whole number is much like another
-        valley = another_valley(likeliest, case.fit_seen, scenery) if off() else None
-        if valley is not None:
-            other, left = calibrated(valley.base, valley.effects[-1])
-            best = other if left.deviance < likeliest.deviance else best
-    return best
+        best = mended(best, case.fit_seen, scenery, calibrated, off)
+    return best[0]
 
 
 def elsewhere(case: Case, found: Candidate) -> Candidate | None:

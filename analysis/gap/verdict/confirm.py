@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,8 @@ from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting, halves
-from analysis.gap.suspects.anew import ANEW_STEPS
+from analysis.gap.suspects.anew import ANEW_STEPS, anew
+from analysis.gap.suspects.mend import MISFIT
 from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts
 from analysis.gap.verdict.verdict import LEAST_SCORE, SIGNIFICANCE, Choice
@@ -44,19 +46,38 @@ class Step:
     ends: bool
 
 
-def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
+def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: Watch) -> Step:
     """The step that the best suspect makes, whatever it leaves.
 
-    Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
+    One that fits as a signature, so that no camera was calibrated with it, may not fit as part of a
+    camera: then one is.
 
     Args:
         setting: the capture.
-        model: the camera without the suspect.
+        model, now: the camera without the suspect, and the capture against it.
         choice: the suspect.
         watch: told what is being done.
     """
     found = choice.best
     watch(f"confirming {found.name}")
+    step = _as_found(setting, model, choice)
+    if step.ends or found.model is not None or found.misfit > MISFIT:
+        return step
+    again = anew(now.case, found, found.effect)
+    if again is found:
+        return step
+    moved = dataclasses.replace(
+        found, effect=again.effect, base=again.base, scenery=again.scenery, model=again.model
+    )
+    return _nearer(step, _as_found(setting, model, dataclasses.replace(choice, best=moved)))
+
+
+def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
+    """The step with the camera as the search for the suspect found it.
+
+    Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
+    """
+    found = choice.best
     effects = (*model.effects, found.effect)
     fit_half, _ = halves(setting.seen)
     now = refined(found.base, fit_half, found.scenery, effects)
@@ -66,8 +87,11 @@ def with_it(setting: Setting, model: Fit, choice: Choice, watch: Watch) -> Step:
     again = recounted(now, fit_half, found.scenery)
     if again is now:
         return step
-    other = _step(setting, choice, _around(again, found.scenery))
-    return other if other.left.held.total < step.left.held.total else step
+    return _nearer(step, _step(setting, choice, _around(again, found.scenery)))
+
+
+def _nearer(one: Step, other: Step) -> Step:
+    return other if other.left.held.total < one.left.held.total else one
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
@@ -91,7 +115,7 @@ def _around(found: Refined, scenery: Scenery) -> Fit:
     return around(found.base, as_shown(found, scenery), found.effects)
 
 
-def first_step(
+def likeliest_step(
     setting: Setting,
     model: Fit,
     now: Measured,
@@ -103,19 +127,19 @@ def first_step(
 
     Args:
         setting: the capture.
-        model, now: the base camera, and the capture against it.
-        candidates: the suspects, best first.
+        model, now: the camera so far, and the capture against it.
+        candidates: the suspects that may be added, best first.
         choice: the best of them.
         watch: told what is being done.
     """
-    step = with_it(setting, model, choice, watch)
+    step = with_it(setting, model, now, choice, watch)
     by_width = closes_by_width(step, now)
     if step.ends and not by_width:
         return step
     # where the best is wrong beyond doubt, a rival may leave a little
     enough = NEARLY_CLOSED if by_width or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
     for other in _rivals(candidates):
-        instead = with_it(setting, model, choice.instead(other), watch)
+        instead = with_it(setting, model, now, choice.instead(other), watch)
         if instead.left.whole.p_value >= enough and not closes_by_width(instead, now):
             return Step(choice=instead.choice, model=instead.model, left=instead.left, ends=True)
     return None if by_width else step

@@ -15,7 +15,7 @@ from analysis.gap.suspects.attribute import at_first_sight, attribute
 from analysis.gap.suspects.first_look import closer, shows
 from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
-from analysis.gap.verdict.confirm import Step, Watch, alone, closes_by_width, first_step, with_it
+from analysis.gap.verdict.confirm import Step, Watch, alone, likeliest_step
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, no_worse
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best, telling
@@ -130,15 +130,16 @@ def _further(
     if choice is None:
         return None
     if not steps:
-        step = first_step(setting, known, base, look.telling, choice, watch)
+        step = likeliest_step(setting, known, base, look.telling, choice, watch)
         return None if step is None else (step,)
     first, now = steps[0].choice.best, steps[-1].left
-    if not deserves(choice.best, first, now):
+    worthy = [one for one in look.telling if deserves(one, first, now)]
+    if choice.best not in worthy:
         return None
-    step = with_it(setting, steps[-1].model, choice, watch)
-    if closes_by_width(step, now) or not earned(step, now, first):
+    step = likeliest_step(setting, steps[-1].model, now, worthy, choice, watch)
+    if step is None or not earned(step, now, first):
         return None
-    watch(f"confirming {choice.best.name} alone")
+    watch(f"confirming {step.choice.best.name} alone")
     by_itself = alone(setting, known, step)
     return (by_itself,) if no_worse(by_itself.left, step.left) else (*steps, step)
 
