@@ -49,46 +49,67 @@ def test_a_family_that_a_model_spoils_is_told() -> None:
     assert spoilt(far(0.7, 1e-3), far(7.7, 1e-6)) == ()
 
 
+def seen(total: float, rows: float, p_value: float = 0.0) -> Any:
+    """A capture against a model, of which the family of rows is off beyond doubt at a G of 5."""
+    far = Distance(
+        total=total,
+        by_family={"rows": rows},
+        p_by_family={"rows": 1e-40 if rows > 1.0 else 0.1},
+        p_value=p_value,
+    )
+    spread = SimpleNamespace(names=("rows",), expected=[100.0])
+    return SimpleNamespace(held=far, whole=far, rod=SimpleNamespace(spread=spread))
+
+
+WITHOUT = seen(9.0, 5.0)
+
+
 @pytest.mark.parametrize(
-    ("score", "left", "p_value", "tried"),
+    ("score", "left", "p_value", "rows", "tried"),
     [
-        (3000.0, 0.8, 0.0, True),  # more than an error of the first one's model
-        (500.0, 0.1, 1e-9, True),  # much less, but little is left that it may close
-        (500.0, 0.8, 0.0, False),  # nor can it close this much
-        (500.0, 0.0, 0.5, False),  # nor is there anything to close
-        (50.0, 0.1, 1e-9, False),  # and a weak one closes nothing
+        (3000.0, 0.8, 0.0, 0.0, True),  # more than an error of the first one's model
+        (500.0, 0.1, 1e-9, 0.0, True),  # much less, but little is left that it may close
+        (500.0, 0.8, 0.0, 0.0, False),  # nor can it close this much
+        (500.0, 0.8, 0.0, 4.9, True),  # unless what is left was never the first one's
+        (500.0, 0.0, 0.5, 0.0, False),  # nor is there anything to close
+        (50.0, 0.1, 1e-9, 4.9, False),  # and a weak one closes nothing
     ],
 )
 def test_which_later_effect_is_tried(
-    score: float, left: float, p_value: float, tried: bool
+    score: float, left: float, p_value: float, rows: float, tried: bool
 ) -> None:
     """Beside a first one of 100,000, of which a model right to a tenth leaves a hundredth."""
     first = candidate("jpeg", 100_000.0)
-    now: Any = SimpleNamespace(
-        whole=SimpleNamespace(p_value=p_value), held=SimpleNamespace(total=left)
-    )
-    assert deserves(candidate("hot_pixels", score), first, now) is tried
+    now = seen(left, rows, p_value)
+    assert deserves(candidate("hot_pixels", score), first, WITHOUT, now) is tried
     absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
-    assert not deserves(absorbed, first, now)
+    assert not deserves(absorbed, first, WITHOUT, now)
 
 
 @pytest.mark.parametrize(
-    ("score", "after", "ends", "kept"),
-    [(3000.0, 0.15, False, True), (3000.0, 0.16, False, False), (500.0, 0.02, False, True),
-     (500.0, 0.1, False, False), (500.0, 0.1, True, True)],
-)  # fmt: skip
+    ("score", "after", "rows", "ends", "kept"),
+    [
+        (3000.0, 0.15, (0.0, 0.0), False, True),
+        (3000.0, 0.16, (0.0, 0.0), False, False),
+        (500.0, 0.02, (0.0, 0.0), False, True),
+        (500.0, 0.1, (0.0, 0.0), False, False),
+        (500.0, 0.1, (0.0, 0.0), True, True),
+        (500.0, 0.1, (4.9, 0.5), False, True),
+        (500.0, 0.1, (4.9, 4.5), False, False),
+    ],
+)
 def test_which_later_effect_keeps_its_place(
-    score: float, after: float, ends: bool, kept: bool
+    score: float, after: float, rows: tuple[float, float], ends: bool, kept: bool
 ) -> None:
-    """A large one that closes a tenth of G = 0.17; a small one, four fifths or all that is sure."""
+    """A large one that closes a tenth of G = 0.17; a small one that closes four fifths, all that is
+    sure, or all that the first one left as it was."""
     first = candidate("jpeg", 100_000.0)
-    now: Any = SimpleNamespace(held=SimpleNamespace(total=0.17))
     step: Any = SimpleNamespace(
         choice=SimpleNamespace(best=candidate("hot_pixels", score)),
-        left=SimpleNamespace(held=SimpleNamespace(total=after)),
+        left=seen(after, rows[1]),
         ends=ends,
     )
-    assert earned(step, now, first) is kept
+    assert earned(step, WITHOUT, seen(0.17, rows[0]), first) is kept
 
 
 @pytest.mark.parametrize(
@@ -98,10 +119,13 @@ def test_which_later_effect_keeps_its_place(
 def test_near_the_floor_a_search_is_not_ended_by_the_total(
     gap: float, left: float, nothing: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Less than a twentieth is left, of a gap of which a part means something."""
-    monkeypatch.setattr(closing, "untouched", lambda before, after: ())
+    """Less than a twentieth is left, of a gap of which a part means something, and no family that
+    was off beyond doubt is as it was."""
     before, after = (SimpleNamespace(held=SimpleNamespace(total=g)) for g in (gap, left))
+    monkeypatch.setattr(closing, "untouched", lambda before, after, worth: ())
     assert closing.nothing_left(before, after) is nothing  # type: ignore[arg-type]
+    monkeypatch.setattr(closing, "untouched", lambda before, after, worth: ("rows",))
+    assert not closing.nothing_left(before, after)  # type: ignore[arg-type]
 
 
 def test_what_lingers_where_most_was_off_is_told() -> None:

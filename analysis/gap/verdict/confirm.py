@@ -15,8 +15,9 @@ from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.mend import MISFIT
 from analysis.gap.suspects.recount import recounted
-from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts
-from analysis.gap.verdict.verdict import LEAST_SCORE, SIGNIFICANCE, Choice
+from analysis.gap.verdict.closing import CERTAIN, TELLS_LITTLE, TOO_WIDE, accounts, closed
+from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
+from sensor.effect import Effect
 
 Watch = Callable[[str], None]
 
@@ -50,7 +51,8 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     """The step that the best suspect makes, whatever it leaves.
 
     One that fits as a signature, so that no camera was calibrated with it, may not fit as part of a
-    camera: then one is.
+    camera: then one is. And of one that closes most of a gap what is left may be that calibration
+    had not come to its end.
 
     Args:
         setting: the capture.
@@ -61,15 +63,18 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     found = choice.best
     watch(f"confirming {found.name}")
     step = _as_found(setting, model, choice)
-    if step.ends or found.model is not None or found.misfit > MISFIT:
+    if not step.ends and found.model is None and found.misfit <= MISFIT:
+        again = anew(now.case, found, found.effect)
+        moved = dataclasses.replace(
+            found, effect=again.effect, base=again.base, scenery=again.scenery, model=again.model
+        )
+        if again is not found:
+            choice = dataclasses.replace(choice, best=moved)
+            step = _nearer(step, _as_found(setting, model, choice))
+    most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
+    if step.ends or found.model is not None or not most:
         return step
-    again = anew(now.case, found, found.effect)
-    if again is found:
-        return step
-    moved = dataclasses.replace(
-        found, effect=again.effect, base=again.base, scenery=again.scenery, model=again.model
-    )
-    return _nearer(step, _as_found(setting, model, dataclasses.replace(choice, best=moved)))
+    return _nearer(step, _calibrated(setting, step, step.model.effects))
 
 
 def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
@@ -91,7 +96,13 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
 
 
 def _nearer(one: Step, other: Step) -> Step:
-    return other if other.left.held.total < one.left.held.total else one
+    """The one that leaves less; where both leave little, whose worst family is likelier."""
+    first, second = one.left, other.left
+    if max(first.held.total, second.held.total) < TELLS_LITTLE:
+        closer = min(second.whole.p_by_family.values()) > min(first.whole.p_by_family.values())
+    else:
+        closer = second.held.total < first.held.total
+    return other if closer else one
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
@@ -102,11 +113,14 @@ def alone(setting: Setting, known: Fit, step: Step) -> Step:
         known: the camera before any effect was added.
         step: by which the effect was added to others.
     """
-    last = step.model.effects[-1]
-    effects = (*known.effects, last)
-    scenery = step.model.scenery
+    return _calibrated(setting, step, (*known.effects, step.model.effects[-1]))
+
+
+def _calibrated(setting: Setting, step: Step, effects: Sequence[Effect]) -> Step:
+    """The same with these effects, the last of which is calibrated along with the camera."""
+    scenery, name = step.model.scenery, effects[-1].name
     fit_half, _ = halves(setting.seen)
-    found = refine(step.model.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=last.name)
+    found = refine(step.model.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=name)
     return _step(setting, step.choice, _around(found, scenery))
 
 

@@ -23,6 +23,11 @@ from sensor.effect import Effect
 
 MOST_EFFECTS = 3
 
+ASTRAY = 4.0
+"""Misfit from which a camera is not one that was taken from the frames: it was calibrated to what
+an effect does as well as it could be, and what others do beside it they do beside no camera. One
+that had lost bits had a dark current of its noise, and no smear showed beside that."""
+
 
 def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: Watch) -> Trail:
     """Add the effect that explains most, as long as something is left and one may be named.
@@ -46,7 +51,9 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         if len(steps) == MOST_EFFECTS or _done(steps, base, look.shown):
             p_after = last.left.whole.p_value
             break
-        look = _looked(last.model, last.left, kinds, look.shown, heard, watch)
+        before = steps[-2].left if len(steps) > 1 else base
+        near = before.case.misfit < ASTRAY
+        look = _looked(last.model, last.left, kinds, look.shown if near else (), heard, watch)
     return Trail(
         models=(known, *(step.model for step in steps)),
         measured=(base, *(step.left for step in steps)),
@@ -91,7 +98,7 @@ def _looked(
     watch: Watch,
 ) -> _Look:
     """Every suspect that is not in the model, held against what it leaves; `shown` is how they
-    showed before.
+    showed before, beside a model near this one.
     """
 
     def tell(name: str) -> None:
@@ -133,11 +140,11 @@ def _further(
         step = likeliest_step(setting, known, base, look.telling, choice, watch)
         return None if step is None else (step,)
     first, now = steps[0].choice.best, steps[-1].left
-    worthy = [one for one in look.telling if deserves(one, first, now)]
+    worthy = [one for one in look.telling if deserves(one, first, base, now)]
     if choice.best not in worthy:
         return None
     step = likeliest_step(setting, steps[-1].model, now, worthy, choice, watch)
-    if step is None or not earned(step, now, first):
+    if step is None or not earned(step, base, now, first):
         return None
     watch(f"confirming {step.choice.best.name} alone")
     by_itself = alone(setting, known, step)
@@ -150,10 +157,10 @@ def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> 
     """
     first, last = steps[0], steps[-1]
     done = last.ends or nothing_left(base, last.left)
-    return done and not _another(last, shown, first.choice.best)
+    return done and not _another(last, shown, first.choice.best, base)
 
 
-def _another(step: Step, shown: Sequence[Signature], first: Candidate) -> bool:
+def _another(step: Step, shown: Sequence[Signature], first: Candidate, base: Measured) -> bool:
     """Whether a suspect stands out where the whole is no more than chance makes.
 
     A second effect may be lost among thousands of figures that are as they should be, and not along
@@ -163,4 +170,4 @@ def _another(step: Step, shown: Sequence[Signature], first: Candidate) -> bool:
     left = [one for one in shown if type(one.effect) not in known]
     case = step.left.case
     best = at_first_sight(case, closer(case, left, least=LEAST_OF_A_LATER))
-    return best is not None and deserves(best, first, step.left)
+    return best is not None and deserves(best, first, base, step.left)

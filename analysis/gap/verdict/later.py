@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
-from analysis.gap.verdict.closing import TELLS_LITTLE, closed
+from analysis.gap.verdict.closing import TELLS_LITTLE, closed, untouched
 from analysis.gap.verdict.confirm import Step
 from analysis.gap.verdict.verdict import EQUIVALENT, LEAST_SHRINK, SIGNIFICANCE
 
@@ -39,34 +39,38 @@ def stands_beside(later: Candidate, first: Candidate) -> bool:
     return later.score > max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
 
 
-def deserves(later: Candidate, first: Candidate, now: Measured) -> bool:
+def deserves(later: Candidate, first: Candidate, base: Measured, now: Measured) -> bool:
     """Whether an effect is to be tried beside another one.
 
-    One that is much less than the first is tried where little is left.
+    One that is much less than the first is tried where little is left, or where the first one left
+    a family alone that is wrong beyond doubt: that is no remainder of it.
 
     Args:
         later, first: the effects.
-        now: the capture against the model with the first.
+        base, now: the capture against the models without any effect, and with the first.
     """
     little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
-    tried = (little and later.score > LEAST_WHERE_LITTLE) or stands_beside(later, first)
-    return tried and later.absorbed < EQUIVALENT
+    enough = later.score > LEAST_WHERE_LITTLE
+    tried = enough and (little or untouched(base, now, worth=0.0))
+    return bool(tried or stands_beside(later, first)) and later.absorbed < EQUIVALENT
 
 
-def earned(step: Step, now: Measured, first: Candidate) -> bool:
+def earned(step: Step, base: Measured, now: Measured, first: Candidate) -> bool:
     """Whether a later effect keeps its place: a large one if it closes something, another if it
-    closes most of what the first one leaves.
+    closes most of what the first one leaves, or all that the first one left alone.
 
     Args:
         step: by which it was added.
-        now: the capture against the model without it.
+        base, now: the capture against the models without any effect, and without this one.
         first: the first effect.
     """
     gap, left = now.held.total, step.left.held.total
     if gap > TELLS_LITTLE and left > CLOSES_LITTLE * gap:
         return False
     most = closed(gap, left) >= LEAST_SHRINK
-    return step.ends or most or stands_beside(step.choice.best, first)
+    alone = untouched(base, now, worth=0.0)
+    other_cause = bool(alone) and not untouched(base, step.left, worth=0.0)
+    return step.ends or most or other_cause or stands_beside(step.choice.best, first)
 
 
 def no_worse(alone: Measured, both: Measured) -> bool:
