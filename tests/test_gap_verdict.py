@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from analysis.gap.camera.base import Body
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict import trust
 from analysis.gap.verdict.verdict import (
@@ -25,6 +26,9 @@ from analysis.gap.verdict.verdict import (
     verdict,
 )
 from sensor.catalogue import catalogue
+from sensor.effect import Effect
+from sensor.effects.specular_glare import SpecularGlare
+from sensor.effects.veiling_glare import VeilingGlare
 from tests.candidates import candidate
 
 
@@ -261,3 +265,19 @@ def test_a_report_is_strict_json() -> None:
     assert json.loads(text)["gap"]["before"] is None
     assert document["format"] == "camtruth-gap/1"
     assert document["next_capture"] is None
+
+
+@pytest.mark.parametrize(
+    ("effect", "most"),
+    [
+        (SpecularGlare(sigma_px=60.0), trust.MOST_AGAINST),
+        (SpecularGlare(sigma_px=50.0), 1.0),
+        (VeilingGlare(), 1.0),
+    ],
+)
+def test_a_patch_of_light_that_is_as_wide_as_the_picture_is_no_patch(
+    effect: Effect, most: float
+) -> None:
+    """Of 120 rows 0.45 are 54."""
+    body = Body(height=120, width=160, pixels="rgb8", bits=8, cfa="RGGB", name="one")
+    assert trust.most_of_a_shape(effect, body) == most
