@@ -12,10 +12,11 @@ import pytest
 from analysis.gap.measure.signature import starts
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects import anew, beginnings, valley
-from analysis.gap.suspects.beginnings import as_dark, every_choice
+from analysis.gap.suspects.beginnings import as_dark, choices, every_choice
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.color_matrix import ColorMatrix
+from sensor.effects.demosaic_other import DemosaicOther
 from sensor.effects.dropped_frames import DroppedFrames
 from sensor.effects.gamma import Gamma
 from sensor.effects.lamp_drift import LampDrift
@@ -64,6 +65,12 @@ def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
         (w, o, t) for w in (0.0, 1.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
     }
     assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
+
+
+def test_every_way_to_fill_in_colours_is_another_choice() -> None:
+    """A choice without beginnings of its own is made in all ways that do something."""
+    others = choices(DemosaicOther(algorithm=2.0))
+    assert others == [DemosaicOther(algorithm=a) for a in (1.0, 3.0, 4.0, 5.0)]
 
 
 def test_darks_begin_as_bright_as_they_are_and_as_loud_as_what_gathers_in_them(

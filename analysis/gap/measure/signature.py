@@ -226,11 +226,8 @@ def starts(kind: type[Effect]) -> list[Effect]:
     """Effects from which a search begins: the default, and the other choices there are."""
     ranges: dict[str, list[float]] = {}
     for p in kind.parameters():
-        if p.starts:
-            ranges[p.name] = list(p.starts)
-        elif p.whole:
-            low = p.minimum + 1 if p.identity == p.minimum else p.minimum
-            ranges[p.name] = [float(v) for v in np.arange(low, p.maximum + 1)[:MOST_CHOICES]]
+        if begins := beginnings_of(p):
+            ranges[p.name] = begins
     tried = (dict(zip(ranges, one, strict=True)) for one in itertools.product(*ranges.values()))
     nothing = {p.name: p.identity for p in strengths(kind)}
     made = [
@@ -249,6 +246,16 @@ def starts(kind: type[Effect]) -> list[Effect]:
             alone = {q.name: q.identity for q in strengths(kind)} | {p.name: p.default + step}
             made.append(kind(**alone))
     return made
+
+
+def beginnings_of(p: Parameter) -> list[float]:
+    """Values of a parameter that searches begin with; none where that is its default alone."""
+    if p.starts:
+        return list(p.starts)
+    if not p.whole:
+        return []
+    low = p.minimum + 1 if p.identity == p.minimum else p.minimum
+    return [float(v) for v in np.arange(low, p.maximum + 1)[:MOST_CHOICES]]
 
 
 def scaled(effect: Effect, factor: float) -> Effect:

@@ -134,7 +134,9 @@ def anew(
             if rule in scenery.rules and rule != as_counted.arithmetic:
                 yield dataclasses.replace(base, arithmetic=rule), effect
         for other in choices(effect):
-            yield as_counted, other
+            # another rule by which colours are filled in shows another way of counting
+            begun = against(base, other) if effect.stage is Stage.PROCESSING else None
+            yield counted(begun, case.fit_seen, scenery) if begun else as_counted, other
 
     for way in ways():
         best = likelier(best, calibrated(*way))

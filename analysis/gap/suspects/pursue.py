@@ -17,6 +17,7 @@ from analysis.gap.measure.case import Candidate, Case, candidate, vector
 from analysis.gap.measure.signature import (
     Evidence,
     Signature,
+    beginnings_of,
     response_of,
     scaled,
     signature,
@@ -110,7 +111,7 @@ def chosen_otherwise(effect: Effect) -> list[Effect]:
         dataclasses.replace(effect, **{p.name: value})
         for p in effect.parameters()
         if p.whole and p.maximum - p.minimum < LONG
-        for value in p.starts
+        for value in beginnings_of(p)
         if value != getattr(effect, p.name)
     ]
 
