@@ -14,7 +14,7 @@ from analysis.gap.look.observation import Key
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
-from analysis.gap.verdict.confirm import _rivals
+from analysis.gap.verdict.confirm import _nearer, _rivals
 from analysis.gap.verdict.later import deserves, earned
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
@@ -236,3 +236,18 @@ def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
     )
     drawn = dataclasses.replace(drawn, model=SimpleNamespace())
     assert _rivals([best, far, near, drawn]) == [near, drawn]
+
+
+def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken() -> None:
+    """The total of thousands of figures hides a family that is off; of a large gap it does not."""
+
+    def step(total: float, chance: float) -> Any:
+        far = SimpleNamespace(total=total, p_by_family={"rows": chance, "codes": 0.5})
+        return SimpleNamespace(left=SimpleNamespace(held=far, whole=far))
+
+    hides, even = step(-0.04, 1e-23), step(0.01, 0.3)
+    assert _nearer(hides, even) is even
+    assert _nearer(even, hides) is even
+    large, larger = step(0.5, 1e-90), step(0.8, 1e-40)
+    assert _nearer(larger, large) is large
+    assert _nearer(even, large) is even
