@@ -10,7 +10,7 @@ from typing import Any
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
-from analysis.gap.verdict.follow import MOST_EFFECTS
+from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
     CLASS_SIZE,
@@ -32,6 +32,7 @@ RESULTS = HERE / "results" / "gap"
 USUAL_SIZE = Place(out=Path()).size
 
 FIGURES = {
+    "ASTRAY": f"{ASTRAY:g}",
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
     "KEY_SHOTS": f"{KEY_SHOTS}",
     "LIGHT_FLOOR": f"{100 * LIGHT_FLOOR:g} %",
