@@ -33,6 +33,20 @@ def test_help_lists_every_command(run: Run) -> None:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE), name
 
 
+def test_the_package_is_the_command() -> None:
+    def answer(*words: str) -> tuple[int, str, str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "camtruth", *words], capture_output=True, text=True, check=False
+        )
+        return done.returncode, done.stdout, done.stderr
+
+    code, out, err = answer("--help")
+    assert (code, err) == (0, "")
+    assert out.startswith("Usage: camtruth ")
+    code, out, err = answer("nonsense")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself(command: str, run: Run) -> None:
     answer = run(command, "--help")
