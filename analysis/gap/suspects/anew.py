@@ -135,8 +135,10 @@ def anew(
                 yield dataclasses.replace(base, arithmetic=rule), effect
         for other in choices(effect):
             # another rule by which colours are filled in shows another way of counting
-            begun = against(base, other) if effect.stage is Stage.PROCESSING else None
-            yield counted(begun, case.fit_seen, scenery) if begun else as_counted, other
+            if effect.stage is Stage.PROCESSING:
+                yield counted(against(base, other), case.fit_seen, scenery), other
+            else:
+                yield as_counted, other
 
     for way in ways():
         best = likelier(best, calibrated(*way))
