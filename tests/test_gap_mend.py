@@ -11,7 +11,7 @@ import pytest
 from analysis.gap.calibrate.refine import Refined
 from analysis.gap.camera.base import Base
 from analysis.gap.suspects import mend
-from analysis.gap.suspects.mend import mended
+from analysis.gap.suspects.mend import Search, mended
 from sensor.effect import Effect
 from sensor.effects.spatial_denoise import SpatialDenoise
 from tests.candidates import BASE
@@ -60,7 +60,8 @@ def test_each_helps_the_other(
         return now.misfit > enough
 
     seen: Any = None
-    _, found = mended(begun, seen, scenery, calibrated, off)
+    search = Search(seen=seen, scenery=scenery, calibrated=calibrated, off=off)
+    _, found = mended(begun, search)
     effect = found.effects[-1]
     assert isinstance(effect, SpatialDenoise)
     assert (found.base.arithmetic, effect.strength) == (rule, strength)

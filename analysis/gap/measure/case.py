@@ -73,6 +73,11 @@ def case_of(known: Fit, whole: Yardstick, fit_seen: Observation, score_seen: Obs
     )
 
 
+MISFIT = 1.2
+"""Part of the expected chi-squared beyond which a suspect does not fit, and the camera is
+calibrated with it."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Candidate:
     """A suspect at its fitted strength.

@@ -16,7 +16,7 @@ from analysis.gap.look.arithmetic import (
     OF_QUARTERS,
     OF_WHOLE_SAMPLES,
 )
-from analysis.gap.measure.case import Candidate, Case, candidate
+from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.beginnings import (
@@ -26,7 +26,7 @@ from analysis.gap.suspects.beginnings import (
     louder,
     of_other_strengths,
 )
-from analysis.gap.suspects.mend import MISFIT, Tried, likelier, mended
+from analysis.gap.suspects.mend import Search, Tried, likelier, mended
 from analysis.gap.suspects.settle import settled
 from sensor.effect import Effect, Stage
 
@@ -149,7 +149,8 @@ def anew(
         return tuned and MISFIT < now.misfit <= BEHIND * to_beat
 
     if effect.stage is Stage.PROCESSING:
-        best = mended(best, case.fit_seen, scenery, calibrated, off)
+        search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
+        best = mended(best, search)
     return best[0]
 
 

@@ -9,14 +9,13 @@ from types import MappingProxyType
 import numpy as np
 
 from analysis.gap.camera.handles import does_nothing
-from analysis.gap.measure.case import Candidate, Case, candidate
+from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
 from analysis.gap.suspects.first_look import IN_THE_PICTURE
 from analysis.gap.suspects.likelihood import CLEAR, judged
-from analysis.gap.suspects.mend import MISFIT
 from analysis.gap.suspects.pursue import LONG, pursue
 from sensor.effect import Effect
 

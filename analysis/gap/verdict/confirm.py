@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.measure.case import Candidate
+from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
-from analysis.gap.suspects.mend import MISFIT
 from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, TELLS_LITTLE, TOO_WIDE, accounts, closed
 from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
@@ -65,10 +64,9 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     step = _as_found(setting, model, choice)
     if not step.ends and found.model is None and found.misfit <= MISFIT:
         again = anew(now.case, found, found.effect)
-        moved = dataclasses.replace(
-            found, effect=again.effect, base=again.base, scenery=again.scenery, model=again.model
-        )
         if again is not found:
+            # what it was chosen for is its score as it was found
+            moved = dataclasses.replace(again, score=found.score, misfit=found.misfit)
             choice = dataclasses.replace(choice, best=moved)
             step = _nearer(step, _as_found(setting, model, choice))
     most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK

@@ -68,8 +68,8 @@ def earned(step: Step, base: Measured, now: Measured, first: Candidate) -> bool:
     if gap > TELLS_LITTLE and left > CLOSES_LITTLE * gap:
         return False
     most = closed(gap, left) >= LEAST_SHRINK
-    alone = untouched(base, now, worth=0.0)
-    other_cause = bool(alone) and not untouched(base, step.left, worth=0.0)
+    left_alone = untouched(base, now, worth=0.0)
+    other_cause = bool(left_alone) and not untouched(base, step.left, worth=0.0)
     return step.ends or most or other_cause or stands_beside(step.choice.best, first)
 
 
