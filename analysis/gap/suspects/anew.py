@@ -40,7 +40,10 @@ SCATTERS = 0.5
 makes bodies differ."""
 
 OFF = 1.0
-"""G of the frames that fit from which the other strengths of such a suspect are tried."""
+"""G of the frames that fit beyond which such a suspect does not fit."""
+
+LEAVES_SOME = 0.2
+"""The same from which its other strengths are tried: twice what nulls leave."""
 
 BEHIND = 2.0
 """Times the misfit of a suspect that was calibrated before, from which one that leaves more after
@@ -178,7 +181,7 @@ def _scatters(case: Case, found: Candidate, own: Refined) -> bool:
 def _settled(case: Case, found: Candidate) -> Candidate:
     """A suspect that makes bodies differ, in the space of a model that has it."""
     model, off = settled(case, found.base, found.effect)
-    if off > OFF:
+    if off > LEAVES_SOME:
         # one of its strengths may have taken up what another one does
         others = (settled(case, found.base, one) for one in of_other_strengths(found.effect))
         model, off = min([(model, off), *others], key=lambda one: one[1])

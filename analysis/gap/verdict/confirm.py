@@ -173,10 +173,14 @@ def _step(setting: Setting, choice: Choice, model: Fit) -> Step:
 
 
 def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Suspects behind the best that are worth a second look."""
-    least = max(LEAST_SCORE, SECOND_LOOK * candidates[0].score)
-    return [
-        c
-        for c in candidates[1:]
-        if c.score > least and (c.misfit < TOO_MUCH_LEFT or c.model is not None)
+    """Suspects behind the best that are worth a second look: by their scores, and the one that fits
+    best, if the best does not. What makes whole frames wander fits before its score shows it.
+    """
+    best, *others = candidates
+    least = max(LEAST_SCORE, SECOND_LOOK * best.score)
+    by_score = [
+        c for c in others if c.score > least and (c.misfit < TOO_MUCH_LEFT or c.model is not None)
     ][:MOST_RIVALS]
+    fitting = [c for c in others if c.score > LEAST_SCORE and c.misfit <= MISFIT < best.misfit]
+    by_fit = sorted(fitting, key=lambda c: c.misfit)[:1]
+    return [*by_score, *(c for c in by_fit if c not in by_score)]
