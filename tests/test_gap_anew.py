@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.signature import starts
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects import anew, beginnings, valley
@@ -19,6 +20,7 @@ from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.demosaic_other import DemosaicOther
 from sensor.effects.dropped_frames import DroppedFrames
 from sensor.effects.gamma import Gamma
+from sensor.effects.jpeg import Jpeg
 from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.sharpening import Sharpening
 from tests.candidates import BASE
@@ -127,6 +129,42 @@ def test_where_frames_tell_a_camera_the_light_is_not_that_of_another_one(
     anew.anew(case, found, ambient, Told(hints={}, exact=False, base=BASE))
     anew.anew(case, found, ambient, Told(hints={}, exact=False))
     assert lights == ["as it was", "changed"]
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_codec_is_calibrated_as_it_most_likely_was(
+    exact: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frames tell the quality, not how colours were stored: that is tried with the noise and the
+    edges which the codec took away, and the likeliest begins with each way of counting."""
+    begun = []
+
+    def refine(base: Any, seen: Any, scenery: Any, effects: Any, **how: Any) -> Any:
+        begun.append((base.blur_px2, base.arithmetic, effects[-1].subsampling))
+        return SimpleNamespace(base=base, effects=effects, misfit=3.0, deviance=0.0)
+
+    def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
+        sharp = base.blur_px2 == 0 and base.read_dn2[0] > 1
+        right = sharp and effects[-1].subsampling == 2
+        off = 5.0 if right else 6.0
+        return SimpleNamespace(base=base, effects=effects, misfit=off, deviance=off)
+
+    monkeypatch.setattr(anew, "refine", refine)
+    monkeypatch.setattr(anew, "refined", refined)
+    monkeypatch.setattr(anew, "as_dark", lambda found, seen: found.base)
+    monkeypatch.setattr(anew, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
+    soft = dataclasses.replace(BASE, blur_px2=0.2)
+    rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
+    scenery: Any = SimpleNamespace(light="as it was", rules=rules)
+    case: Any = SimpleNamespace(
+        known=SimpleNamespace(scenery=scenery, effects=(), base=soft), misfit=9.0, fit_seen=None
+    )
+    jpeg = Jpeg(quality=90.0, subsampling=1.0)
+    found: Any = SimpleNamespace(base=soft, effect=jpeg, name="jpeg", scenery=scenery, misfit=6.0)
+    anew.anew(case, found, jpeg, Told(hints={"quality": 90.0}, exact=exact))
+    ways = begun[1:] if exact else begun
+    assert ways[:3] == [(0.0, rule, 2.0) for rule in rules]
 
 
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:

@@ -23,8 +23,8 @@ from analysis.gap.suspects.beginnings import (
     as_dark,
     choices,
     every_choice,
-    louder,
     of_other_strengths,
+    uncoded,
 )
 from analysis.gap.suspects.mend import Search, Tried, likelier, mended
 from analysis.gap.suspects.settle import settled
@@ -109,33 +109,42 @@ def anew(
         """Where to begin, the likeliest first."""
         coloured = "G" in base.channels
         even = channels_alike(base) if coloured else base
-        if told and told.exact and not start:
-            yield as_dark(against(even, effect), case.fit_seen), effect
-        chosen = every_choice(effect, told.hints if told else None) if tuned else [effect]
-        sent = effect.stage is Stage.TRANSPORT and len(chosen) > 1
-        if not start and (sent or not tuned):
-            tried = [against(louder(even), one) for one in chosen]
-            likely = min(tried, key=lambda one: one.misfit)
-            yield likely.base, likely.effects[-1]
+        coded = effect.stage is Stage.TRANSPORT
+        chosen = [effect]
+        if tuned or coded:
+            chosen = every_choice(effect, told.hints if told else None)
+        likely = effect
+        if not start and (len(chosen) > 1 if coded else not tuned):
+            tried = [against(uncoded(even), one) for one in chosen]
+            begun = min(tried, key=lambda one: one.misfit)
+            likely = begun.effects[-1]
+            if not tuned:
+                yield as_dark(against(even, likely), case.fit_seen), likely
+            for rule in rules(begun.base.arithmetic) if coded else [begun.base.arithmetic]:
+                yield dataclasses.replace(begun.base, arithmetic=rule), likely
         if not coloured:
-            yield from from_where_it_is()
+            yield from from_where_it_is(likely)
             return
         if best is as_found or best[1].misfit > MISFIT:
-            yield counted(against(even, effect), case.fit_seen, scenery), effect
-            yield from from_where_it_is()
+            yield counted(against(even, likely), case.fit_seen, scenery), likely
+            yield from from_where_it_is(likely)
         if best is not as_found:
             yield channels_alike(best[1].base), best[1].effects[-1]
 
-    def from_where_it_is() -> Iterator[tuple[Base, Effect]]:
+    def rules(first: int) -> list[int]:
+        """Rules by which the camera may count, beginning with one."""
+        others = [rule for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS) if rule != first]
+        return [first, *(rule for rule in others if rule in scenery.rules)]
+
+    def from_where_it_is(effect: Effect) -> Iterator[tuple[Base, Effect]]:
         """The same without a change of the camera's figures."""
-        as_it_was = base is found.base and effect is found.effect
+        as_it_was = base is found.base and effect == found.effect
         begun = as_found[1] if as_it_was else against(base, effect)
         as_counted = counted(begun, case.fit_seen, scenery)
         yield as_counted, effect
         # far from the camera its arithmetic cannot be seen, so all ways are gone
-        for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS):
-            if rule in scenery.rules and rule != as_counted.arithmetic:
-                yield dataclasses.replace(base, arithmetic=rule), effect
+        for rule in rules(as_counted.arithmetic)[1:]:
+            yield dataclasses.replace(base, arithmetic=rule), effect
         for other in choices(effect):
             # another rule by which colours are filled in shows another way of counting
             if effect.stage is Stage.PROCESSING:

@@ -22,11 +22,13 @@ LOUDER = 4.0
 """Times the variance of the read noise: what a codec leaves of twice the noise is not seen."""
 
 
-def louder(base: Base) -> Base:
-    """The base with twice the read noise, of a camera that counts in fractions: what rounds codes
-    once more takes noise away, and darks that are left without any tell no small step back to it.
+def uncoded(base: Base) -> Base:
+    """The base with twice the read noise and in focus, of a camera that counts in fractions: what a
+    codec takes away of both no small step gives back.
     """
-    return dataclasses.replace(base, read_dn2=LOUDER * base.read_dn2, arithmetic=IN_FRACTIONS)
+    return dataclasses.replace(
+        base, read_dn2=LOUDER * base.read_dn2, blur_px2=0.0, arithmetic=IN_FRACTIONS
+    )
 
 
 def as_dark(found: Refined, seen: Observation) -> Base:
