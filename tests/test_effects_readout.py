@@ -16,6 +16,7 @@ from sensor.effects.column_fpn import ColumnFpn
 from sensor.effects.flicker_noise import FlickerNoise
 from sensor.effects.fpn import Fpn
 from sensor.effects.interference import Interference
+from sensor.effects.quantization import Quantization
 from sensor.effects.row_noise import RowNoise
 from tests.effects_bench import READ_E, Array, flat, frames_of
 from tests.effects_chain import (
@@ -271,3 +272,18 @@ def test_bit_truncation_leaves_every_eighth_code() -> None:
     moved = BlackLevelOffset(offset_e=-(2**lost - 1) / 2)
     noisier = independent(math.sqrt((4**lost - 1) / 12))
     tells_apart(figures, real, frames_of(moved, noisier, rate=flat(LIGHT_E)))
+
+
+def test_halves_of_codes_go_where_they_are_told() -> None:
+    """And what is as near to them as an order of additions makes it. Noise of a code spread evenly
+    over quarters is then 1/4 (0 + 1/16 + 1/4 + 1/16) = 3/32 whichever way, and the mean is an
+    eighth off: half a code for one value in four."""
+    nearly = np.array([[[2.5, 3.5, 3.5 - 5e-4, 2.5 + 5e-4, 3.498, 3.502]]])
+    assert applied(Quantization(), nearly).ravel().tolist() == [2, 4, 3, 3, 3, 4]
+    assert applied(Quantization(halves=1.0), nearly).ravel().tolist() == [3, 4, 4, 3, 3, 4]
+    assert applied(Quantization(halves=-1.0), nearly).ravel().tolist() == [2, 3, 3, 2, 3, 4]
+    quarters = np.arange(0.0, 64.0, 0.25).reshape(1, 16, 16)
+    for way in (1.0, -1.0):
+        off = applied(Quantization(halves=way), quarters) - quarters
+        assert off.mean() == pytest.approx(way / 8, abs=1e-9)
+        assert np.square(off).mean() == pytest.approx(3 / 32, abs=1e-9)

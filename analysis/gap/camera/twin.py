@@ -20,7 +20,8 @@ from analysis.gap.look.statistics.greens import APART, apart
 from foundation.backend import Backend, backend
 from foundation.cores import products_on_one_core
 from sensor.camera import Camera
-from sensor.effect import Effect
+from sensor.effect import Effect, Stage
+from sensor.effects.quantization import Quantization
 from sensor.protocol import Shot
 from sensor.signal import Signal
 from sensor.simulation import exposed, lit, pixels_of
@@ -93,9 +94,23 @@ def begun_twin(
     lights = [
         _lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots
     ]
-    camera = bare.plus(*effects).with_body(body)
+    camera = halves_either_way(bare.plus(*effects), effects, body).with_body(body)
     look = begun(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return functools.partial(_under_its_light, look, scenery, base, body)
+
+
+def halves_either_way(camera: Camera, effects: Sequence[Effect], body: int) -> Camera:
+    """The camera with halves of codes that go up in every other body, where colours are weighed.
+
+    What processes whole codes by weights of its own leaves many sums half way between two codes,
+    and the order of additions, which nobody knows, says which way they go.
+    """
+    if not any(effect.stage is Stage.PROCESSING for effect in effects):
+        return camera
+    counted = next((e for e in camera.effects if isinstance(e, Quantization)), None)
+    if counted is None:
+        return camera
+    return camera.plus(dataclasses.replace(counted, halves=1.0 if body % 2 else -1.0))
 
 
 def _under_its_light(
