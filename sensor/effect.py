@@ -57,8 +57,8 @@ _QUANTITY = {
 }
 
 
-OCTAVES = 100.0
-"""Identity over default from which a parameter is told in octaves."""
+FAR_AWAY = 100.0
+"""Identity over default from which a strength is the inverse of its parameter."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,17 +89,20 @@ class Parameter:
     starts: tuple[float, ...] = ()
 
     @property
-    def in_octaves(self) -> bool:
-        """Whether its identity is so far that the way there is told in octaves: a full well, a
+    def inverse(self) -> bool:
+        """Whether its identity is so far away that a strength is its inverse: of a full well, of a
         threshold.
         """
-        return self.identity is not None and self.identity > OCTAVES * max(abs(self.default), 1e-9)
+        identity = self.identity
+        return identity is not None and identity > FAR_AWAY * max(abs(self.default), 1e-9)
 
     def away(self, value: float, factor: float) -> float:
-        """A value so many times as far from the identity, inside the range."""
+        """A value so many times as far from the identity, inside the range; of a threshold one that
+        is so many times as low.
+        """
         assert self.identity is not None, "a strength has a value at which the effect vanishes"
-        if self.in_octaves and value > 0:
-            return self.clipped(self.identity * (value / self.identity) ** factor)
+        if self.inverse and value > 0:
+            return self.clipped(value / factor if factor > 0 else self.identity)
         return self.clipped(self.identity + factor * (value - self.identity))
 
     def clipped(self, value: float) -> float:

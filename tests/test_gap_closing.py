@@ -11,6 +11,7 @@ import pytest
 
 from analysis.gap.look.families import IMAGE
 from analysis.gap.look.observation import Key
+from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
@@ -236,6 +237,19 @@ def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
     )
     drawn = dataclasses.replace(drawn, model=SimpleNamespace())
     assert _rivals([best, far, near, drawn]) == [near, drawn]
+
+
+def test_one_that_fits_is_a_rival_of_one_that_does_not() -> None:
+    """Whatever its score: where whole frames wander, errors that know of no wander count it as
+    nothing. But nothing at all is no suspect, and one that fits needs no other."""
+
+    def one(name: str, score: float, misfit: float) -> Candidate:
+        return dataclasses.replace(candidate(name, score), misfit=misfit)
+
+    best, fits = one("flicker_noise", 1300.0, 1.27), one("black_level_drift", 75.0, 1.14)
+    likewise, nothing = one("row_noise", 80.0, 1.19), one("interference", 2.0, 1.0)
+    assert _rivals([best, likewise, fits, nothing]) == [fits]
+    assert _rivals([dataclasses.replace(best, misfit=1.2), likewise, fits, nothing]) == []
 
 
 def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken() -> None:

@@ -353,16 +353,17 @@ def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:
     assert fresh(dn[[0, 1, 3]], 2).ravel().tolist() == [0, 1]
 
 
-def test_a_threshold_is_moved_in_octaves() -> None:
-    """Its identity is ten thousand times away: half of the way there is a root, and a step of the
+def test_a_threshold_is_twice_as_strong_at_half_its_value() -> None:
+    """Its identity is ten thousand times away, and no threshold at all is none; a step of the
     difference quotient is a part of the threshold itself."""
     threshold = next(p for p in DefectCorrection.parameters() if p.identity is not None)
-    assert threshold.in_octaves
-    assert threshold.away(6.0, 0.5) == pytest.approx(np.sqrt(6.0 * 65536.0))
+    assert threshold.inverse
+    assert threshold.away(6.0, 2.0) == pytest.approx(3.0)
     assert threshold.away(6.0, 1.0) == pytest.approx(6.0)
+    assert threshold.away(6.0, 0.0) == threshold.away(6.0, 1e-9) == threshold.maximum
     assert abs(step_from(6.0, threshold)) == pytest.approx(0.6)
     share = next(p for p in SpecularGlare.parameters() if p.identity is not None)
-    assert not share.in_octaves
+    assert not share.inverse
 
 
 def test_a_step_of_a_parameter_stays_in_its_range() -> None:

@@ -18,7 +18,7 @@ from sensor.effect import Effect, Parameter
 from sensor.protocol import Protocol
 from sensor.record import record
 
-TRIES = 8
+TRIES = 12
 NEAR = 1.25
 """A severity within this factor of the wanted one will do."""
 

@@ -83,7 +83,7 @@ def step_from(value: float, p: Parameter, times: float = 1.0) -> float:
 
     Up where there is room, or else to the side that has more.
     """
-    size = abs(value) if p.identity is None or p.in_octaves else abs(value - p.identity)
+    size = abs(value) if p.identity is None or p.inverse else abs(value - p.identity)
     step = times * 0.1 * (size or 0.1 * (p.maximum - p.minimum))
     up, down = min(step, p.maximum - value), min(step, value - p.minimum)
     return up if up == step or up > down else -down
@@ -108,4 +108,6 @@ def _is_off(strength: Parameter, value: float | Colours) -> bool:
     off = strength.identity or 0.0
     usually = abs(strength.default - off) or 0.1 * (strength.maximum - strength.minimum)
     values = [value[c] for c in CHANNELS] if isinstance(value, Colours) else [value]
+    if strength.inverse:
+        return all(NOTHING * one > strength.default for one in values) or values == [off]
     return all(abs(one - off) < NOTHING * usually for one in values)

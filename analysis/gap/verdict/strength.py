@@ -73,11 +73,11 @@ def least_error(p: Parameter, value: float, score: float) -> float:
     """Standard error below which no strength is known whose effect is seen with such a score.
 
     An effect that grows as the power r of its strength and is seen at z standard errors is known to
-    1 / (r z) of its strength, and none here grows faster than a square. A strength that counts in
-    octaves is the logarithm of a value.
+    1 / (r z) of its strength, and none here grows faster than a square. That of a threshold is
+    taken as the octaves that lie above it: how fast such an effect sets in is in the light.
     """
     assert p.identity is not None, "a strength has a value at which the effect vanishes"
-    if p.in_octaves and value > 0:
+    if p.inverse and value > 0:
         strength = value * float(np.log(value / p.identity))
     else:
         strength = value - p.identity
