@@ -74,6 +74,7 @@ class Parameter:
         per_colour: whether it may differ between R, G and B.
         whole: whether only whole numbers have a meaning: a choice, a number of bits.
         starts: values from which a search for it should begin, where the default is not enough.
+        stated: whether whoever built the scene states it, so that no search turns it.
         doc: one line.
     """
 
@@ -87,6 +88,7 @@ class Parameter:
     doc: str
     whole: bool = False
     starts: tuple[float, ...] = ()
+    stated: bool = False
 
     @property
     def inverse(self) -> bool:
@@ -121,6 +123,7 @@ def parameter(
     per_colour: bool = False,
     whole: bool = False,
     starts: tuple[float, ...] = (),
+    stated: bool = False,
 ) -> Any:
     """Declare a parameter of an effect; see `Parameter`."""
     metadata = {
@@ -131,6 +134,7 @@ def parameter(
         "per_colour": per_colour,
         "whole": whole,
         "starts": starts,
+        "stated": stated,
         "doc": doc,
     }
     return dataclasses.field(default=default, metadata=metadata)

@@ -42,16 +42,36 @@ class LampDisplacement(Effect):
         0.0, unit="cm", minimum=-20.0, maximum=20.0, identity=0.0, doc="moved away from the chart"
     )
     lamp_right_cm: float = parameter(
-        0.0, unit="cm", minimum=-200.0, maximum=200.0, doc="lamp, assumed, right of the centre"
+        0.0,
+        unit="cm",
+        minimum=-200.0,
+        maximum=200.0,
+        stated=True,
+        doc="lamp, assumed, right of the centre",
     )
     lamp_up_cm: float = parameter(
-        40.0, unit="cm", minimum=-200.0, maximum=200.0, doc="lamp, assumed, above the centre"
+        40.0,
+        unit="cm",
+        minimum=-200.0,
+        maximum=200.0,
+        stated=True,
+        doc="lamp, assumed, above the centre",
     )
     lamp_away_cm: float = parameter(
-        45.0, unit="cm", minimum=25.0, maximum=1000.0, doc="lamp, assumed, off the chart's plane"
+        45.0,
+        unit="cm",
+        minimum=25.0,
+        maximum=1000.0,
+        stated=True,
+        doc="lamp, assumed, off the chart's plane",
     )
     field_width_cm: float = parameter(
-        28.0, unit="cm", minimum=1.0, maximum=500.0, doc="width of the chart that the image shows"
+        28.0,
+        unit="cm",
+        minimum=1.0,
+        maximum=500.0,
+        stated=True,
+        doc="width of the chart that the image shows",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:

@@ -34,7 +34,7 @@ def free_parameters(effect: Effect) -> list[Parameter]:
     return [
         p
         for p in effect.parameters()
-        if not p.whole
+        if not (p.whole or p.stated)
         and isinstance(getattr(effect, p.name), float)
         and not (p.identity is not None and getattr(effect, p.name) == p.identity)
     ]
