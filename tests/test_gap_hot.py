@@ -45,6 +45,7 @@ def test_density_and_excess_are_those_of_an_exponential(density: float, excess_e
     below = (hot & (excess_dn < 255 - BLACK_DN)).sum()
     assert found[0] == pytest.approx(density, rel=4 / np.sqrt(number))
     assert found[1] == pytest.approx(excess_e, rel=4 / np.sqrt(below))
+    assert number / 2 < found[2] <= below
 
 
 def test_nothing_leaks_where_a_pattern_is_normal_or_noise_has_tails() -> None:

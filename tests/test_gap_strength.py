@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from analysis.gap.camera.handles import Handle, free_parameters
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import strength as strength_of
 from sensor.catalogue import catalogue
+from sensor.effects.lamp_displacement import LampDisplacement
+from tests.candidates import candidate
 
 
 @pytest.mark.parametrize(
@@ -58,3 +66,36 @@ def test_a_full_well_is_known_in_octaves() -> None:
     error = strength_of.least_error(full_well, value, z**2)
     octaves = np.log2(full_well.identity / value)
     assert np.log2((value + error) / value) == pytest.approx(octaves / (2 * z), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("told", "absorbed", "value", "error"),
+    [
+        (None, 0.3, 11.0, 0.5),
+        ({}, 0.3, 10.0, 0.5),
+        ({"right_cm": 2.0}, 0.3, 10.0, 2.0),
+        ({"right_cm": 0.2}, 0.3, 10.0, 0.5),
+        (None, 0.95, 11.0, 5.5),
+    ],
+    ids=["fitted", "told", "told by few", "told by many", "calibration takes it up"],
+)
+def test_what_frames_tell_is_not_moved(
+    told: Mapping[str, float] | None, absorbed: float, value: float, error: float
+) -> None:
+    """A last step of 1 +- 0.5 is made by a fit alone. And of 11 cm that all but a twentieth of look
+    like the light half may be the light's."""
+    lamp = LampDisplacement(right_cm=10.0)
+    handle = Handle(effect=lamp.name, parameter="right_cm")
+    model: Any = SimpleNamespace(ways=SimpleNamespace(knobs=(), tuned=(handle,)))
+    whole = Distance(total=0.0, by_family={}, p_by_family={}, p_value=0.5)
+    after: Any = SimpleNamespace(amounts=np.array([1.0]), errors=np.array([0.5]), whole=whole)
+    found = dataclasses.replace(candidate(lamp.name, 1e4), told=told, absorbed=absorbed)
+    (right_cm,) = free_parameters(lamp)
+    figure = strength_of.figure_of(lamp, right_cm, model, after, found)
+    assert figure.value == pytest.approx(value)
+    assert figure.se == pytest.approx(error)
+
+
+def test_where_the_lamp_stood_is_stated_and_not_looked_for() -> None:
+    """Nor is how wide the picture is: their handles would bend the slope that the lamp makes."""
+    assert [p.name for p in free_parameters(LampDisplacement(up_cm=2.0))] == ["right_cm", "up_cm"]

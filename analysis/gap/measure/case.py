@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,6 +93,8 @@ class Candidate:
         scenery: shots, under the light as the frames show it to a camera with the effect.
         model: everything around the camera with it, where a search for it has come to know that.
         off: by how much that is further from the frames than chance makes, as a part of it.
+        told: standard errors of what the frames tell of its parameters by themselves, better than
+            any fit; None where they were fitted.
     """
 
     effect: Effect
@@ -103,6 +106,7 @@ class Candidate:
     scenery: Scenery
     model: Fit | None = None
     off: float = np.inf
+    told: Mapping[str, float] | None = None
 
     @property
     def name(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +29,14 @@ class Told:
         exact: whether they are told to the last digit: no fit is better.
         base: where the camera begins with it, if that is better known than what fits without.
         instead: the same told otherwise, for where these parameters leave something.
+        errors: standard errors of those that the frames tell with more than the last digit.
     """
 
     hints: Hints
     exact: bool = True
     base: Base | None = None
     instead: Told | None = None
+    errors: Mapping[str, float] = field(default_factory=dict)
 
 
 HINT_FRAMES = 16

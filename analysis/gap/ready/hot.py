@@ -7,6 +7,7 @@ the largest code, some at it, the likeliest m and the density are
     m = sum of (x - t) / number below the largest code
     density = number / sum of exp(-t / m) over all photosites
 
+each with a relative error of one over the root of the number, for who has leaks is chance as well.
 A fit by twins cannot do as well: theirs are others, in other places, and a few dozen differ.
 """
 
@@ -48,16 +49,19 @@ def hot(setting: Setting) -> Told | None:
     found = leaking(longest, setting.scenery.view.lattices, gain)
     if found is None:
         return None
-    density, excess_e = found
+    density, excess_e, number = found
     growth = thermal_growth(longest.shot, DOUBLING_C)
     rate = excess_e / (growth * longest.shot.exposure_s)
-    return Told(hints={"density": density, "rate_e_per_s": rate})
+    hints = {"density": density, "rate_e_per_s": rate}
+    errors = {name: value / float(np.sqrt(number)) for name, value in hints.items()}
+    return Told(hints=hints, errors=errors)
 
 
 def leaking(
     stack: Frames, lattices: Sequence[Lattice], gain_dn_per_e: dict[str, float]
-) -> tuple[float, float] | None:
-    """Share of samples that leak, and how much in the mean in electrons; None if they are too few.
+) -> tuple[float, float, int] | None:
+    """Share of samples that leak, how much in the mean in electrons, and how many tell it; None if
+    they are too few.
 
     Args:
         stack: frames of one dark shot.
@@ -84,7 +88,7 @@ def leaking(
         return None
     mean = float(excess.sum()) / (len(excess) - clipped)
     counted = np.array(sizes) @ np.exp(-np.array(thresholds) / mean)
-    return float(len(excess) / counted), float(mean)
+    return float(len(excess) / counted), float(mean), len(excess) - clipped
 
 
 def _above_surroundings(image: NDArray[np.float32]) -> NDArray[np.float32]:

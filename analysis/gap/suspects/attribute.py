@@ -126,12 +126,17 @@ def _as_told(case: Case, found: Evidence, told: Told, to_beat: float) -> Candida
         told: what the frames tell of it.
         to_beat: misfit of the best of those that were calibrated before.
     """
-    best = anew(case, _as_it_is(case, found), found.effect, told, to_beat)
+    best = _by(told, anew(case, _as_it_is(case, found), found.effect, told, to_beat))
     if told.instead is None or best.misfit <= MISFIT:
         return best
     first = dataclasses.replace(found.effect, **told.instead.hints)
     other = anew(case, best, first, told.instead, min(to_beat, best.misfit))
-    return min(best, other, key=lambda one: one.misfit)
+    return min(best, _by(told.instead, other), key=lambda one: one.misfit)
+
+
+def _by(told: Told, found: Candidate) -> Candidate:
+    """A suspect with the errors of what is told of it to the last digit."""
+    return dataclasses.replace(found, told=told.errors if told.exact else None)
 
 
 def _at_strength(

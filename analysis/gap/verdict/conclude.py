@@ -89,9 +89,7 @@ def _named(choice: Choice, probability: float, found: Trail) -> Named:
         probability=probability,
         indistinguishable_from=tuple(c.name for c in choice.alike),
         absorbed=best.absorbed,
-        parameters={
-            p.name: figure_of(effect, p, model, after, best.score) for p in effect.parameters()
-        },
+        parameters={p.name: figure_of(effect, p, model, after, best) for p in effect.parameters()},
     )
 
 

@@ -6,21 +6,30 @@ import numpy as np
 
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.camera.handles import Handle
+from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.report import Figure
-from analysis.gap.verdict.verdict import SIGNIFICANCE
+from analysis.gap.verdict.verdict import EQUIVALENT, SIGNIFICANCE
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
+TAKEN_UP = 0.5
+"""Relative error of a strength of which calibration takes up more than nine tenths: how much of it
+is the light's is a matter of how well that was stated."""
 
-def figure_of(effect: Effect, p: Parameter, model: Fit, after: Measured, score: float) -> Figure:
+
+def figure_of(
+    effect: Effect, p: Parameter, model: Fit, after: Measured, found: Candidate
+) -> Figure:
     """A parameter after the last step of the fit, with a standard error where it was fitted.
+
+    What frames tell by themselves is as it was told: a step of a fit by twins would make it worse.
 
     Args:
         effect, p: the effect and its parameter.
         model, after: the camera with it, and the capture against that.
-        score: of the effect.
+        found: the suspect that was added.
     """
     own = getattr(effect, p.name)
     value = Colours.of(own).G
@@ -32,9 +41,13 @@ def figure_of(effect: Effect, p: Parameter, model: Fit, after: Measured, score: 
     error = float(after.errors[place]) * birge_ratio(after.whole)
     if not np.isfinite(error):
         return Figure(value=value, se=None, unit=p.unit)
-    moved = last_step(p, value, float(after.amounts[place]))
+    if found.told is not None and p.name in found.told:
+        return Figure(value=value, se=max(error, found.told[p.name]), unit=p.unit)
+    moved = value if found.told is not None else last_step(p, value, float(after.amounts[place]))
     if p.identity is not None:
-        error = max(error, least_error(p, moved, score))
+        error = max(error, least_error(p, moved, found.score))
+        if found.absorbed > EQUIVALENT:
+            error = max(error, TAKEN_UP * abs(moved - p.identity))
     return Figure(value=moved, se=error, unit=p.unit)
 
 
