@@ -12,7 +12,7 @@ import pytest
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.signature import starts
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects import anew, beginnings, valley
+from analysis.gap.suspects import anew, beginnings, valley, ways
 from analysis.gap.suspects.beginnings import as_dark, choices, every_choice
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.chroma_subsampling import ChromaSubsampling
@@ -113,7 +113,8 @@ def test_where_frames_tell_a_camera_the_light_is_not_that_of_another_one(
 
     monkeypatch.setattr(anew, "refine", refine)
     monkeypatch.setattr(anew, "refined", refined)
-    monkeypatch.setattr(anew, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(ways, "refined", refined)
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
     monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
     ambient = AmbientLight(rate_e_per_s=2e5)
     as_it_was = SimpleNamespace(light="as it was", rules=())
@@ -151,8 +152,9 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
 
     monkeypatch.setattr(anew, "refine", refine)
     monkeypatch.setattr(anew, "refined", refined)
-    monkeypatch.setattr(anew, "as_dark", lambda found, seen: found.base)
-    monkeypatch.setattr(anew, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(ways, "refined", refined)
+    monkeypatch.setattr(ways, "as_dark", lambda found, seen: found.base)
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
     monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
     soft = dataclasses.replace(BASE, blur_px2=0.2)
     rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
@@ -163,8 +165,8 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
     jpeg = Jpeg(quality=90.0, subsampling=1.0)
     found: Any = SimpleNamespace(base=soft, effect=jpeg, name="jpeg", scenery=scenery, misfit=6.0)
     anew.anew(case, found, jpeg, Told(hints={"quality": 90.0}, exact=exact))
-    ways = begun[1:] if exact else begun
-    assert ways[:3] == [(0.0, rule, 2.0) for rule in rules]
+    led = begun[1:] if exact else begun
+    assert led[:3] == [(0.0, rule, 2.0) for rule in rules]
 
 
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:

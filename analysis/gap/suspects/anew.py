@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable
 
 import numpy as np
 
-from analysis.gap.calibrate.counting import counted
 from analysis.gap.calibrate.fit import FINAL_SEEDS
 from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
-from analysis.gap.camera.base import Base, channels_alike
-from analysis.gap.look.arithmetic import (
-    IN_FRACTIONS,
-    OF_QUARTERS,
-    OF_WHOLE_SAMPLES,
-)
+from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.beginnings import (
-    as_dark,
-    choices,
-    every_choice,
-    of_other_strengths,
-    uncoded,
-)
+from analysis.gap.suspects.beginnings import of_other_strengths
 from analysis.gap.suspects.mend import Search, Tried, likelier, mended
 from analysis.gap.suspects.settle import settled
+from analysis.gap.suspects.ways import Ways
 from sensor.effect import Effect, Stage
 
 ANEW_STEPS = 5
@@ -73,20 +62,14 @@ def anew(
         to_beat: misfit of the best of those that were calibrated before.
     """
     known, scenery = case.known, found.scenery
-
-    def against(base: Base, effect: Effect) -> Refined:
-        """By its own errors: what makes figures scatter leaves much by those of others."""
-        return refined(base, case.fit_seen, scenery, (*known.effects, effect))
-
-    as_found = found, against(found.base, found.effect)
-    best = as_found
-    tuned = not (told and told.exact)
-    if tuned and _scatters(case, *as_found):
+    exact, start = bool(told and told.exact), told.base if told else None
+    effects = (*known.effects, found.effect)
+    as_found = found, refined(found.base, case.fit_seen, scenery, effects)
+    if not exact and _scatters(case, *as_found):
         return _settled(case, found)
-    if best[1].misfit <= ENOUGH:
+    if as_found[1].misfit <= ENOUGH:
         return found
     effect, base = found.effect, found.base
-    start = told.base if told else None
     if start or found.misfit > LED_NOWHERE * case.misfit:
         effect, base = first, start or known.base
     if start:
@@ -99,71 +82,38 @@ def anew(
             case.fit_seen,
             scenery,
             (*known.effects, with_it),
-            steps=ANEW_STEPS if tuned else MOST_STEPS,
-            tuned=found.name if tuned else "",
+            steps=MOST_STEPS if exact else ANEW_STEPS,
+            tuned="" if exact else found.name,
         )
         one = _scored(case, found, fitted.base, fitted.effects[-1])
         return as_found if one is None else (one, fitted)
 
-    def ways() -> Iterator[tuple[Base, Effect]]:
-        """Where to begin, the likeliest first."""
-        coloured = "G" in base.channels
-        even = channels_alike(base) if coloured else base
-        coded = effect.stage is Stage.TRANSPORT
-        chosen = [effect]
-        if tuned or coded:
-            chosen = every_choice(effect, told.hints if told else None)
-        likely = effect
-        if not start and (len(chosen) > 1 if coded else not tuned):
-            tried = [against(uncoded(even), one) for one in chosen]
-            begun = min(tried, key=lambda one: one.misfit)
-            likely = begun.effects[-1]
-            if not tuned:
-                yield as_dark(against(even, likely), case.fit_seen), likely
-            for rule in rules(begun.base.arithmetic) if coded else [begun.base.arithmetic]:
-                yield dataclasses.replace(begun.base, arithmetic=rule), likely
-        if not coloured:
-            yield from from_where_it_is(likely)
-            return
-        if best is as_found or best[1].misfit > MISFIT:
-            yield counted(against(even, likely), case.fit_seen, scenery), likely
-            yield from from_where_it_is(likely)
-        if best is not as_found:
-            yield channels_alike(best[1].base), best[1].effects[-1]
-
-    def rules(first: int) -> list[int]:
-        """Rules by which the camera may count, beginning with one."""
-        others = [rule for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS) if rule != first]
-        return [first, *(rule for rule in others if rule in scenery.rules)]
-
-    def from_where_it_is(effect: Effect) -> Iterator[tuple[Base, Effect]]:
-        """The same without a change of the camera's figures."""
-        as_it_was = base is found.base and effect == found.effect
-        begun = as_found[1] if as_it_was else against(base, effect)
-        as_counted = counted(begun, case.fit_seen, scenery)
-        yield as_counted, effect
-        # far from the camera its arithmetic cannot be seen, so all ways are gone
-        for rule in rules(as_counted.arithmetic)[1:]:
-            yield dataclasses.replace(base, arithmetic=rule), effect
-        for other in choices(effect):
-            # another rule by which colours are filled in shows another way of counting
-            if effect.stage is Stage.PROCESSING:
-                yield counted(against(base, other), case.fit_seen, scenery), other
-            else:
-                yield as_counted, other
-
-    for way in ways():
-        best = likelier(best, calibrated(*way))
-        if best[1].misfit <= ENOUGH or best[1].misfit > BEHIND * to_beat:
-            break
-
     def off(now: Refined) -> bool:
-        return tuned and MISFIT < now.misfit <= BEHIND * to_beat
+        return not exact and MISFIT < now.misfit <= BEHIND * to_beat
 
+    ways = Ways(case=case, scenery=scenery, as_found=as_found, base=base, effect=effect, told=told)
+    best = _followed(ways, calibrated, BEHIND * to_beat)
     if effect.stage is Stage.PROCESSING:
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
         best = mended(best, search)
     return best[0]
+
+
+def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless: float) -> Tried:
+    """The best of all ways, up to the first that fits; a hopeless one is the last.
+
+    Args:
+        ways: where to begin.
+        calibrated: the camera with the suspect that steps from there lead to.
+        hopeless: misfit beyond which no other way is gone.
+    """
+    best = ways.as_found
+    for beginnings in (ways.of_what_is_hidden, ways.by_counting, ways.once_more):
+        for base, effect in beginnings(best):
+            best = likelier(best, calibrated(base, effect))
+            if best[1].misfit <= ENOUGH or best[1].misfit > hopeless:
+                return best
+    return best
 
 
 def elsewhere(case: Case, found: Candidate) -> Candidate | None:

@@ -1,0 +1,131 @@
+"""Where a calibration with a suspect in the camera begins, the likeliest first."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from analysis.gap.calibrate.counting import counted
+from analysis.gap.calibrate.refine import Refined, refined
+from analysis.gap.camera.base import Base, channels_alike
+from analysis.gap.camera.twin import Scenery
+from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
+from analysis.gap.measure.case import MISFIT, Case
+from analysis.gap.ready.hints import Told
+from analysis.gap.suspects.beginnings import as_dark, choices, every_choice, uncoded
+from analysis.gap.suspects.mend import Tried
+from sensor.effect import Effect, Stage
+
+Way = tuple[Base, Effect]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ways:
+    """Cameras and effects from which small steps may lead to the right ones.
+
+    Attributes:
+        case: the capture.
+        scenery: shots, under the light of the suspect.
+        as_found: the suspect and the camera as they were fitted so far.
+        base, effect: from which the search goes on: these, or what it began with.
+        told: what the frames tell of the suspect.
+    """
+
+    case: Case
+    scenery: Scenery
+    as_found: Tried
+    base: Base
+    effect: Effect
+    told: Told | None
+
+    def against(self, base: Base, effect: Effect) -> Refined:
+        """A camera with the suspect against the frames, by its own errors: what makes figures
+        scatter leaves much by those of others.
+        """
+        effects = (*self.case.known.effects, effect)
+        return refined(base, self.case.fit_seen, self.scenery, effects)
+
+    @property
+    def tuned(self) -> bool:
+        """Whether the parameters are fitted: not where frames tell them to the last digit."""
+        return not (self.told and self.told.exact)
+
+    @property
+    def _coloured(self) -> bool:
+        return "G" in self.base.channels
+
+    @property
+    def _coded(self) -> bool:
+        return self.effect.stage is Stage.TRANSPORT
+
+    @property
+    def _even(self) -> Base:
+        """The base with all channels as green is, which a suspect harms least."""
+        return channels_alike(self.base) if self._coloured else self.base
+
+    @cached_property
+    def _unhidden(self) -> Refined | None:
+        """The likeliest choice of a suspect that hides the camera behind it, before that camera as
+        it may have been; None of other suspects, and where frames tell the camera.
+        """
+        choose = self.tuned or self._coded
+        hints = self.told.hints if self.told else None
+        chosen = every_choice(self.effect, hints) if choose else [self.effect]
+        hides = len(chosen) > 1 if self._coded else not self.tuned
+        if (self.told and self.told.base) or not hides:
+            return None
+        tried = (self.against(uncoded(self._even), one) for one in chosen)
+        return min(tried, key=lambda one: one.misfit)
+
+    @property
+    def _likely(self) -> Effect:
+        return self._unhidden.effects[-1] if self._unhidden else self.effect
+
+    def of_what_is_hidden(self, best: Tried) -> Iterator[Way]:
+        """With what the suspect hides given back: levels of darks, noise, edges, counting."""
+        if self._unhidden is None:
+            return
+        if not self.tuned:
+            yield as_dark(self.against(self._even, self._likely), self.case.fit_seen), self._likely
+        begun = self._unhidden.base
+        for rule in self._rules(begun.arithmetic) if self._coded else [begun.arithmetic]:
+            yield dataclasses.replace(begun, arithmetic=rule), self._likely
+
+    def by_counting(self, best: Tried) -> Iterator[Way]:
+        """With each way in which the camera may count, and each choice of the suspect."""
+        if self._coloured:
+            if best is not self.as_found and best[1].misfit <= MISFIT:
+                return
+            yield self._counted(self.against(self._even, self._likely)), self._likely
+        yield from self._from_where_it_is(self._likely)
+
+    def once_more(self, best: Tried) -> Iterator[Way]:
+        """From the best so far, with all channels alike."""
+        if self._coloured and best is not self.as_found:
+            yield channels_alike(best[1].base), best[1].effects[-1]
+
+    def _from_where_it_is(self, effect: Effect) -> Iterator[Way]:
+        """Without a change of the camera's figures."""
+        found, measured = self.as_found
+        as_it_was = self.base is found.base and effect == found.effect
+        as_counted = self._counted(measured if as_it_was else self.against(self.base, effect))
+        yield as_counted, effect
+        # far from the camera its arithmetic cannot be seen, so all ways are gone
+        for rule in self._rules(as_counted.arithmetic)[1:]:
+            yield dataclasses.replace(self.base, arithmetic=rule), effect
+        for other in choices(effect):
+            # another rule by which colours are filled in shows another way of counting
+            if effect.stage is Stage.PROCESSING:
+                yield self._counted(self.against(self.base, other)), other
+            else:
+                yield as_counted, other
+
+    def _counted(self, begun: Refined) -> Base:
+        return counted(begun, self.case.fit_seen, self.scenery)
+
+    def _rules(self, first: int) -> list[int]:
+        """Rules by which the camera may count, beginning with one."""
+        others = [rule for rule in (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS) if rule != first]
+        return [first, *(rule for rule in others if rule in self.scenery.rules)]
