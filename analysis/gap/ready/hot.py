@@ -30,8 +30,8 @@ from sensor.thermal import DOUBLING_C, thermal_growth
 STANDS_OUT = 8.0
 """Standard errors above its surroundings at which a sample leaks: no fixed pattern is as wide."""
 
-LEAST_NUMBER = 16
-"""Leaking samples that tell how many and how much: each to a quarter or better."""
+LEAST_NUMBER = 9
+"""Leaking samples that tell how many and how much: each to a third or better."""
 
 
 def hot(setting: Setting) -> Told | None:
