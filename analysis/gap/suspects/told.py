@@ -13,6 +13,7 @@ from analysis.gap.ready.hot import hot
 from analysis.gap.ready.mixed import mixed
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
+from analysis.gap.ready.traps import trapped
 from analysis.gap.ready.undone import unbent, unmixed
 from analysis.gap.ready.wave import wave
 from analysis.gap.suspects.lobe import lobe_of
@@ -58,6 +59,10 @@ def told_by(setting: Setting) -> dict[str, Told]:
         told[AmbientLight.name] = room
     if spots := hot(setting):
         told[HotPixels.name] = spots
+    if chain := trapped(setting):
+        # somebody else's traps may jump by other laws
+        fitted = Told(hints=chain.hints, exact=False)
+        told[RandomTelegraphNoise.name] = dataclasses.replace(chain, instead=fitted)
     # a codec's losses make neighbours agree as well
     if Jpeg.name not in told and (smooth := filtered(setting)):
         told[SpatialDenoise.name] = smooth

@@ -1,0 +1,82 @@
+"""Traps are told by the frames in which they jump."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.gap.look.lattices import Lattice
+from analysis.gap.ready.hints import Told
+from analysis.gap.ready.traps import jumps, told_by_jumps
+from sensor.frames import Frames
+from sensor.protocol import Shot
+
+HEIGHT, WIDTH, FRAMES = 176, 216, 40
+GAIN_DN_PER_E, BLACK_DN, SIGMA_DN = 0.1, 20.0, 1.0
+INTERVAL_S = 0.0667
+GREY = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
+
+
+def noise(seed: int) -> NDArray[np.float64]:
+    """Normal noise in time."""
+    return SIGMA_DN * np.random.default_rng(seed).standard_normal((FRAMES, HEIGHT, WIDTH))
+
+
+def told(*shots: NDArray[np.float64]) -> Told | None:
+    """What dark shots of a body tell that differ from black by so much."""
+    seen = []
+    for excess in shots:
+        dn = np.clip(np.round(BLACK_DN + excess), 0, 255).astype(np.uint8)
+        shot = Shot(label="dark", exposure_s=0.01, frames=FRAMES, interval_s=INTERVAL_S)
+        frames = Frames(dn=dn, shot=shot, pixels="mono8", bits=8, cfa=None)
+        seen.append(jumps(frames, GREY, {"Y": GAIN_DN_PER_E}))
+    return told_by_jumps(seen)
+
+
+def levels(shape: tuple[int, ...], up_s: float, down_s: float, seed: int) -> NDArray[np.bool_]:
+    """Chains of two levels looked at once a frame, (FRAMES, ...): each begins where it may be, and
+    in a frame either keeps its level or forgets it."""
+    rng = np.random.default_rng(seed)
+    share_up, stays = up_s / (up_s + down_s), np.exp(-INTERVAL_S * (1 / up_s + 1 / down_s))
+    up = rng.uniform(size=(FRAMES, *shape)) < share_up
+    for frame in range(1, FRAMES):
+        kept = rng.uniform(size=shape) < stays
+        up[frame] = np.where(kept, up[frame - 1], up[frame])
+    return up
+
+
+@pytest.mark.parametrize(
+    ("fraction", "amplitude_e", "up_s", "down_s"),
+    [(0.01, 300.0, 0.5, 1.0), (0.02, 150.0, 0.2, 0.2), (0.01, 400.0, 3.0, 0.8)],
+)
+def test_a_chain_of_two_levels_is_told(
+    fraction: float, amplitude_e: float, up_s: float, down_s: float
+) -> None:
+    """Numbers are Poisson, jumps exponential and dwell times too, so that n of them tell the mean
+    to 1 / sqrt(n): at 4 standard errors for 12 figures here. Pixels that never left a level in the
+    third case, whose upper one lasts longer than a shot, would make both look shorter."""
+    rng = np.random.default_rng(3)
+    has = rng.uniform(size=(HEIGHT, WIDTH)) < fraction
+    jump_dn = GAIN_DN_PER_E * rng.exponential(amplitude_e, (HEIGHT, WIDTH)) * has
+    shots = [jump_dn * levels(has.shape, up_s, down_s, 20 + k) + noise(k) for k in range(3)]
+    found = told(*shots)
+    assert found is not None
+    assert found.exact
+    true = {"fraction": fraction, "amplitude_e": amplitude_e,
+            "dwell_up_s": up_s, "dwell_down_s": down_s}  # fmt: skip
+    for name, value in true.items():
+        assert found.hints[name] == pytest.approx(value, abs=4 * found.errors[name]), name
+        assert found.errors[name] < 0.25 * value
+
+
+def test_noise_of_other_kinds_is_no_chain() -> None:
+    """Normal noise that is ten times as wide in some pixels has no two levels; flashes have two and
+    stay for a frame; a hot pixel has one."""
+    rng = np.random.default_rng(5)
+    some = rng.uniform(size=(HEIGHT, WIDTH)) < 0.01
+    wide = np.where(some, 10.0, 1.0) * noise(6)
+    assert told(wide, wide) is None
+    flashes = 40.0 * (some & (rng.uniform(size=(FRAMES, HEIGHT, WIDTH)) < 0.2))
+    assert told(noise(7) + flashes, noise(8) + flashes) is None
+    assert told(noise(9) + 40.0 * some, noise(10) + 40.0 * some) is None
