@@ -137,12 +137,13 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
     exact: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Frames tell the quality, not how colours were stored: that is tried with the noise and the
-    edges which the codec took away, and the likeliest begins with each way of counting."""
+    edges which the codec took away, and what that leads to begins with each way of counting."""
     begun = []
 
     def refine(base: Any, seen: Any, scenery: Any, effects: Any, **how: Any) -> Any:
         begun.append((base.blur_px2, base.arithmetic, effects[-1].subsampling))
-        return SimpleNamespace(base=base, effects=effects, misfit=3.0, deviance=0.0)
+        off = -1.0 if base.blur_px2 == 0 else 0.0
+        return SimpleNamespace(base=base, effects=effects, misfit=3.0, deviance=off)
 
     def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
         sharp = base.blur_px2 == 0 and base.read_dn2[0] > 1

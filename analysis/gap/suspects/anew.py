@@ -108,7 +108,8 @@ def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless:
         hopeless: misfit beyond which no other way is gone.
     """
     best = ways.as_found
-    for beginnings in (ways.of_what_is_hidden, ways.by_counting, ways.once_more):
+    stages = ways.of_what_is_hidden, ways.behind_a_codec, ways.by_counting, ways.once_more
+    for beginnings in stages:
         for base, effect in beginnings(best):
             best = likelier(best, calibrated(base, effect))
             if best[1].misfit <= ENOUGH or best[1].misfit > hopeless:

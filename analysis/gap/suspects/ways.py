@@ -84,14 +84,19 @@ class Ways:
         return self._unhidden.effects[-1] if self._unhidden else self.effect
 
     def of_what_is_hidden(self, best: Tried) -> Iterator[Way]:
-        """With what the suspect hides given back: levels of darks, noise, edges, counting."""
+        """With what the suspect hides given back: levels of darks, noise, edges."""
         if self._unhidden is None:
             return
         if not self.tuned:
             yield as_dark(self.against(self._even, self._likely), self.case.fit_seen), self._likely
-        begun = self._unhidden.base
-        for rule in self._rules(begun.arithmetic) if self._coded else [begun.arithmetic]:
-            yield dataclasses.replace(begun, arithmetic=rule), self._likely
+        yield self._unhidden.base, self._likely
+
+    def behind_a_codec(self, best: Tried) -> Iterator[Way]:
+        """From there with the other ways in which the camera may count, which a codec hides too."""
+        if self._coded and self._unhidden is not None and best is not self.as_found:
+            base, effect = best[1].base, best[1].effects[-1]
+            for rule in self._rules(base.arithmetic)[1:]:
+                yield dataclasses.replace(base, arithmetic=rule), effect
 
     def by_counting(self, best: Tried) -> Iterator[Way]:
         """With each way in which the camera may count, and each choice of the suspect."""
