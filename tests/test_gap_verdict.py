@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -281,3 +283,20 @@ def test_a_patch_of_light_that_is_as_wide_as_the_picture_is_no_patch(
     """Of 120 rows 0.45 are 54."""
     body = Body(height=120, width=160, pixels="rgb8", bits=8, cfa="RGGB", name="one")
     assert trust.most_of_a_shape(effect, body) == most
+
+
+def test_noise_of_rows_that_leaves_something_may_be_another_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each has its own spectrum: what is left of one speaks for the next. Where nothing is left,
+    and of other effects, a name is believed."""
+    monkeypatch.setattr(trust, "against", lambda before, after: ())
+
+    def most(name: str, word: str) -> float:
+        choice = SimpleNamespace(best=candidate(name, 900.0))
+        found: Any = SimpleNamespace(choices=(choice,), measured=(None, None))
+        return trust.most_of_a_name(word, found)
+
+    assert most("flicker_noise", "partly explained") == trust.MOST_AGAINST < trust.LIKELIER
+    assert most("flicker_noise", "explained") == trust.MOST_CERTAIN
+    assert most("interference", "partly explained") == trust.MOST_IN_PART
