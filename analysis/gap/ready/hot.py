@@ -30,6 +30,11 @@ from sensor.thermal import DOUBLING_C, thermal_growth
 STANDS_OUT = 8.0
 """Standard errors above its surroundings at which a sample leaks: no fixed pattern is as wide."""
 
+ALIKE = 2.0
+"""Times the excess of one half of the frames that the other one has at most: a leak is as large in
+every frame, and flashes are not.
+"""
+
 LEAST_NUMBER = 9
 """Leaking samples that tell how many and how much: each to a third or better."""
 
@@ -78,7 +83,8 @@ def leaking(
         spread = 1.4826 * float(np.median(np.abs(one)))
         threshold = STANDS_OUT * max(spread, float(np.sqrt(ROUNDING_DN2 / len(values[::2]))))
         gain = gain_dn_per_e[lattice.channel]
-        above = np.minimum(one, other) > threshold
+        least = np.minimum(one, other)
+        above = (least > threshold) & (np.maximum(one, other) < ALIKE * least)
         beyond.append(((one + other)[above] / 2 - threshold) / gain)
         clipped += int((values[:, above].max(axis=0) >= stack.top_dn).sum())
         thresholds.append(threshold / gain)
