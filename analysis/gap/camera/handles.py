@@ -109,5 +109,5 @@ def _is_off(strength: Parameter, value: float | Colours) -> bool:
     usually = abs(strength.default - off) or 0.1 * (strength.maximum - strength.minimum)
     values = [value[c] for c in CHANNELS] if isinstance(value, Colours) else [value]
     if strength.inverse:
-        return all(NOTHING * one > strength.default for one in values) or values == [off]
+        return all(one >= min(strength.default / NOTHING, off) for one in values)
     return all(abs(one - off) < NOTHING * usually for one in values)

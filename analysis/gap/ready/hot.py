@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.hints import HINT_FRAMES, Told
-from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
 from sensor.thermal import DOUBLING_C, thermal_growth
@@ -49,8 +49,7 @@ def hot(setting: Setting) -> Told | None:
     if not darks:
         return None
     longest = max(darks, key=lambda stack: stack.shot.exposure_s)
-    _, base = by_moments(setting)
-    gain = dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))
+    gain = gains_of(setting)
     found = leaking(longest, setting.scenery.view.lattices, gain)
     if found is None:
         return None

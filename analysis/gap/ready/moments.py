@@ -19,3 +19,13 @@ def by_moments(setting: Setting) -> tuple[Darks, Base]:
     dark = darks_of(fit_half, setting.scenery, setting.black_dn)
     base = first_guess(fit_half, setting.scenery, None, dark)
     return dark, by_rule(base, setting.counting.arithmetic)
+
+
+def gains_of(setting: Setting) -> dict[str, float]:
+    """Gains by moments in DN/e-, by channel.
+
+    Args:
+        setting: the capture.
+    """
+    _, base = by_moments(setting)
+    return dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))

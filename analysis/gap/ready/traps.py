@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hints import Told
-from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
+from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
 from sensor.frame_times import interval_of
 from sensor.frames import Frames
@@ -39,7 +39,6 @@ FAR = 8.0
 NARROW = 2.0
 """The same that the frames of one level scatter by at most."""
 
-FEWEST_FRAMES = 12
 LEAST_NUMBER = 16
 """Pixels of one shot that tell it, each figure to about a quarter."""
 
@@ -62,8 +61,7 @@ class Jumps:
 
     Attributes:
         beyond_e: by how much each jumps beyond the threshold, in electrons.
-        reached: expected share of jumps beyond the threshold, as a function of their mean: of the
-            thresholds of the lattices in electrons and their numbers of samples.
+        thresholds: of each lattice in electrons, and the number of its samples.
         counts: frames from level (row) to level (column), 0 down and 1 up.
         first: pixels that begin on each level.
         frames: of the shot.
@@ -71,7 +69,7 @@ class Jumps:
     """
 
     beyond_e: Floats
-    reached: tuple[tuple[float, int], ...]
+    thresholds: tuple[tuple[float, int], ...]
     counts: Floats
     first: Floats
     frames: int
@@ -84,11 +82,10 @@ def trapped(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    darks = [s for s in setting.key_frames if s.shot.dark and s.count >= FEWEST_FRAMES]
+    darks = [s for s in setting.key_frames if s.shot.dark and s.count >= FEWEST_OF_A_DWELL]
     if not darks:
         return None
-    _, base = by_moments(setting)
-    gain = dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))
+    gain = gains_of(setting)
     shots = [jumps(stack, setting.scenery.view.lattices, gain) for stack in darks]
     return told_by_jumps(shots)
 
@@ -112,7 +109,7 @@ def told_by_jumps(shots: Sequence[Jumps]) -> Told | None:
     expected = sum(
         samples * np.exp(-threshold / amplitude_e) * _both(shot.frames, share_up, stays)
         for shot in shots
-        for threshold, samples in shot.reached
+        for threshold, samples in shot.thresholds
     )
     hints = {
         "fraction": float(number.sum() / expected),
@@ -139,7 +136,7 @@ def jumps(stack: Frames, lattices: Sequence[Lattice], gain_dn_per_e: dict[str, f
         lattices: where its measured samples are.
         gain_dn_per_e: by channel.
     """
-    beyond, reached = [], []
+    beyond, thresholds = [], []
     counts, first = np.zeros((2, 2)), np.zeros(2)
     for lattice in lattices:
         dn = lattice.of(stack.dn)
@@ -156,13 +153,13 @@ def jumps(stack: Frames, lattices: Sequence[Lattice], gain_dn_per_e: dict[str, f
         far = (high - low > FAR * noise) & (scatter < NARROW * noise)
         gain = gain_dn_per_e[lattice.channel]
         beyond.append(((high - low)[far] - FAR * noise) / gain)
-        reached.append((FAR * noise / gain, dn.shape[1]))
+        thresholds.append((FAR * noise / gain, dn.shape[1]))
         states = up[:, far].astype(int)
         np.add.at(counts, (states[:-1].ravel(), states[1:].ravel()), 1.0)
         np.add.at(first, states[0], 1.0)
     return Jumps(
         beyond_e=np.concatenate(beyond).astype(np.float64),
-        reached=tuple(reached),
+        thresholds=tuple(thresholds),
         counts=counts,
         first=first,
         frames=stack.count,

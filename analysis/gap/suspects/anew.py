@@ -91,7 +91,15 @@ def anew(
     def off(now: Refined) -> bool:
         return not exact and MISFIT < now.misfit <= BEHIND * to_beat
 
-    ways = Ways(case=case, scenery=scenery, as_found=as_found, base=base, effect=effect, told=told)
+    ways = Ways(
+        case=case,
+        scenery=scenery,
+        as_found=as_found,
+        base=base,
+        effect=effect,
+        told=told,
+        tuned=not exact,
+    )
     best = _followed(ways, calibrated, BEHIND * to_beat)
     if effect.stage is Stage.PROCESSING:
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)

@@ -31,6 +31,7 @@ class Ways:
         as_found: the suspect and the camera as they were fitted so far.
         base, effect: from which the search goes on: these, or what it began with.
         told: what the frames tell of the suspect.
+        tuned: whether its parameters are fitted: not where frames tell them to the last digit.
     """
 
     case: Case
@@ -39,18 +40,14 @@ class Ways:
     base: Base
     effect: Effect
     told: Told | None
+    tuned: bool
 
-    def against(self, base: Base, effect: Effect) -> Refined:
+    def _against(self, base: Base, effect: Effect) -> Refined:
         """A camera with the suspect against the frames, by its own errors: what makes figures
         scatter leaves much by those of others.
         """
         effects = (*self.case.known.effects, effect)
         return refined(base, self.case.fit_seen, self.scenery, effects)
-
-    @property
-    def tuned(self) -> bool:
-        """Whether the parameters are fitted: not where frames tell them to the last digit."""
-        return not (self.told and self.told.exact)
 
     @property
     def _coloured(self) -> bool:
@@ -76,7 +73,7 @@ class Ways:
         hides = len(chosen) > 1 if self._coded else not self.tuned
         if (self.told and self.told.base) or not hides:
             return None
-        tried = (self.against(uncoded(self._even), one) for one in chosen)
+        tried = (self._against(uncoded(self._even), one) for one in chosen)
         return min(tried, key=lambda one: one.misfit)
 
     @property
@@ -88,7 +85,7 @@ class Ways:
         if self._unhidden is None:
             return
         if not self.tuned:
-            yield as_dark(self.against(self._even, self._likely), self.case.fit_seen), self._likely
+            yield as_dark(self._against(self._even, self._likely), self.case.fit_seen), self._likely
         yield self._unhidden.base, self._likely
 
     def behind_a_codec(self, best: Tried) -> Iterator[Way]:
@@ -103,7 +100,7 @@ class Ways:
         if self._coloured:
             if best is not self.as_found and best[1].misfit <= MISFIT:
                 return
-            yield self._counted(self.against(self._even, self._likely)), self._likely
+            yield self._counted(self._against(self._even, self._likely)), self._likely
         yield from self._from_where_it_is(self._likely)
 
     def once_more(self, best: Tried) -> Iterator[Way]:
@@ -115,7 +112,7 @@ class Ways:
         """Without a change of the camera's figures."""
         found, measured = self.as_found
         as_it_was = self.base is found.base and effect == found.effect
-        as_counted = self._counted(measured if as_it_was else self.against(self.base, effect))
+        as_counted = self._counted(measured if as_it_was else self._against(self.base, effect))
         yield as_counted, effect
         # far from the camera its arithmetic cannot be seen, so all ways are gone
         for rule in self._rules(as_counted.arithmetic)[1:]:
@@ -123,7 +120,7 @@ class Ways:
         for other in choices(effect):
             # another rule by which colours are filled in shows another way of counting
             if effect.stage is Stage.PROCESSING:
-                yield self._counted(self.against(self.base, other)), other
+                yield self._counted(self._against(self.base, other)), other
             else:
                 yield as_counted, other
 
