@@ -10,13 +10,9 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.report import Figure
-from analysis.gap.verdict.verdict import EQUIVALENT, SIGNIFICANCE
+from analysis.gap.verdict.verdict import SIGNIFICANCE
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
-
-TAKEN_UP = 0.5
-"""Relative error of a strength of which calibration takes up more than nine tenths: how much of it
-is the light's is a matter of how well that was stated."""
 
 
 def figure_of(
@@ -46,8 +42,6 @@ def figure_of(
     moved = value if found.told is not None else last_step(p, value, float(after.amounts[place]))
     if p.identity is not None:
         error = max(error, least_error(p, moved, found.score))
-        if found.absorbed > EQUIVALENT:
-            error = max(error, TAKEN_UP * abs(moved - p.identity))
     return Figure(value=moved, se=error, unit=p.unit)
 
 
