@@ -102,10 +102,10 @@ def matrix(by_lattice: dict[str, Floats]) -> Floats | None:
     if min(np.linalg.eigvalsh(c).min() for c in by_lattice.values()) <= 0:
         return None
     values, columns = np.linalg.eig(by_lattice["R"] @ np.linalg.inv(by_lattice["B"]))
-    if np.iscomplexobj(values):
+    if np.any(values.imag):
         return None
     # red has its own noise at a site of red, blue at one of blue
-    columns = columns[:, np.argsort(-values)]
+    columns = columns.real[:, np.argsort(-values.real)]
     found = columns * np.linalg.solve(columns, np.ones(3))
     return found if np.diag(found).min() > 0.5 else None
 
