@@ -302,7 +302,7 @@ def twins_of_blocks(means_dn: Floats, lit: str = "") -> Observation:
     )  # fmt: skip
 
 
-DARK_BASE: Any = SimpleNamespace(black_dn=np.array([OWN_BLACK_DN]))
+DARK_BASE: Any = SimpleNamespace(black_dn=np.array([OWN_BLACK_DN]), gain_dn_per_e=np.ones(1))
 
 
 @pytest.mark.parametrize(("added_dn2", "part"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.02)])
@@ -320,10 +320,10 @@ def test_blocks_are_as_uncertain_as_twins_show_them(added_dn2: float, part: floa
     means = means + np.sqrt(OWN_DN2) * rng.standard_normal((BODIES, SHOTS_OF_IT, 1, BLOCKS))
     pattern = rng.standard_normal((BODIES, 1, 1, BLOCKS))
     means += (np.sqrt(added_dn2) + part * light_dn) * pattern
-    more = beyond(
-        space_of_blocks(1, means.mean(axis=0)), DARK_BASE, twins_of_blocks(means, lit="bc")
-    )
-    of_all = widened(space_of_blocks(OWN_GROUPS, means.mean(axis=0)), more)
+    bodies = twins_of_blocks(means, lit="bc")
+    beside = beyond(space_of_blocks(1, means.mean(axis=0)), DARK_BASE, bodies)
+    assert beside.shared is None
+    of_all = widened(space_of_blocks(OWN_GROUPS, means.mean(axis=0)), beside, bodies)
     both = 1 + 1 / BODIES
     noise = OWN_DN2 * (1 / OWN_GROUPS + 1 / BODIES)
     root = np.linalg.inv(of_all.whitening[0])
@@ -350,9 +350,10 @@ def test_spots_of_twins_do_not_tell_where_those_of_another_body_are() -> None:
     means = dark_dn + exposures * spots
     means = means + np.sqrt(OWN_DN2) * rng.standard_normal(means.shape)
     twins = twins_of_blocks(means)
-    more = beyond(space_of_blocks(1, means.mean(axis=0)), DARK_BASE, twins)[0]
+    beside = beyond(space_of_blocks(1, means.mean(axis=0)), DARK_BASE, twins)
+    assert beside.shared is None
     spotted = spots.any(axis=(0, 1, 2))
-    width = np.diagonal(more, axis1=-2, axis2=-1)
+    width = np.diagonal(beside.own[0], axis1=-2, axis2=-1)
     assert width[spotted].mean(axis=0) == pytest.approx(width[~spotted].mean(axis=0), rel=1e-9)
 
 

@@ -141,7 +141,7 @@ def only(known: Fit, labels: Sequence[str]) -> Fit:
         ),
         variances=known.variances[figures],
         shares=known.shares[figures],
-        more=known.more[..., shots, :][..., shots],
+        more=known.more.only(shots),
         ways=dataclasses.replace(
             known.ways,
             figures=known.ways.figures[:, figures],

@@ -15,7 +15,7 @@ from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
 from analysis.gap.calibrate.relit import Lighting, lighting
 from analysis.gap.calibrate.space import Space, figure_variances, never_moved, space_of
-from analysis.gap.calibrate.wide import beyond, fair, widened
+from analysis.gap.calibrate.wide import Beyond, beyond, fair, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, begun_twin
 from analysis.gap.look.observation import Key, Observation
@@ -95,7 +95,7 @@ class Fit:
         bodies: its twins, with texture.
         variances: of each figure of one group.
         shares: parts of these that are a body's.
-        more: covariance that blocks of its twins have beyond noise, fixed pattern and light.
+        more: what blocks of its twins have beyond noise, fixed pattern and light.
         ways: what calibration can take up.
         picture: calibration of one group's mean image, by which texture is read.
         references: more twins, of `FINAL_SEEDS`, textured like a capture.
@@ -107,7 +107,7 @@ class Fit:
     bodies: Observation
     variances: Floats
     shares: Floats
-    more: Floats
+    more: Beyond
     ways: Directions
     picture: Calibration
     references: Mapping[int, Observation]
@@ -140,7 +140,7 @@ class Fit:
         if seen is not None:
             spread = np.hypot(space.spread, never_moved(self.bodies, seen))
             space = dataclasses.replace(space, spread=spread)
-        return widened(space, self.more)
+        return widened(space, self.more, self.bodies, seen)
 
     def calibration_of_twins(self) -> Calibration:
         """The space in which its twins are compared with each other."""
@@ -224,7 +224,7 @@ def spaces_by(
     of_one = space_of(bodies, variances, base, scenery, 1, floors=False)
     of_all = space_of(bodies, variances, base, scenery, seen.groups, seen=seen)
     more = beyond(of_one, base, bodies)
-    return widened(of_all, more), widened(of_one, more)
+    return widened(of_all, more, bodies, seen), widened(of_one, more, bodies)
 
 
 def chi2_of_twins(space: Space, bodies: Observation) -> float:
@@ -261,7 +261,7 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     plain_ways = directions(base, scenery, other)
     of_one = space_of(plain, variances, base, scenery, 1, floors=False)
     more = beyond(of_one, base, plain)
-    picture = calibration(widened(of_one, more), plain_ways)
+    picture = calibration(widened(of_one, more, plain), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
     begun = (
         begun_twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)

@@ -51,6 +51,51 @@ ROOTS_OF_SHARES = frozenset(
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Common:
+    """What groups of blocks have in common, and how it is taken off their coordinates.
+
+    Of coordinates with the covariance 1 + U U^T the symmetric root of the inverse is
+
+        1 - Q (1 - 1 / sqrt(1 + L)) Q^T,    U U^T = Q L Q^T
+
+    Attributes:
+        members: places of the coordinates of each group, (groups, m).
+        q: (groups, m, k) orthonormal columns.
+        widths: sqrt(1 + L), (groups, k).
+    """
+
+    members: NDArray[np.intp]
+    q: Floats
+    widths: Floats
+
+    def off(self, vector: Floats) -> Floats:
+        """Coordinates of which it is taken off."""
+        left = vector.copy()
+        along = np.einsum("gmk,gm->gk", self.q, vector[self.members])
+        left[self.members] -= np.einsum("gmk,gk->gm", self.q, along * (1.0 - 1.0 / self.widths))
+        return left
+
+    def log_widths(self, size: int) -> Floats:
+        """What it adds to the logarithms of widths, even over each group's coordinates, (size,)."""
+        added = np.zeros(size)
+        added[self.members] += np.log(self.widths).sum(axis=1)[:, None] / self.members.shape[1]
+        return added
+
+
+def common(members: NDArray[np.intp], seen: Floats) -> Common:
+    """What groups have in common.
+
+    Args:
+        members: places of the coordinates of each group, (groups, m).
+        seen: what each thing of unit variance makes of them, (groups, m, k).
+    """
+    squares, v = np.linalg.eigh(seen.swapaxes(-1, -2) @ seen)
+    squares = np.maximum(squares, 0.0)
+    length = np.sqrt(np.maximum(squares, 1e-12))
+    return Common(members=members, q=(seen @ v) / length[:, None, :], widths=np.sqrt(1.0 + squares))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Space:
     """Where figures and blocks are in units of their standard errors.
 
@@ -61,6 +106,7 @@ class Space:
         spread: standard error of each figure's difference, real less expected.
         whitening: (channels, blocks, shots, shots), inverse Cholesky factors.
         shape: shots, channels, blocks.
+        common: what blocks have in common, one after the other.
     """
 
     keys: tuple[Key, ...]
@@ -69,6 +115,7 @@ class Space:
     spread: Floats
     whitening: Floats
     shape: tuple[int, int, int]
+    common: tuple[Common, ...] = ()
 
     @property
     def families(self) -> NDArray[np.str_]:
@@ -84,13 +131,18 @@ class Space:
         """Differences of block means, (shots, channels, blocks), as coordinates."""
         by_block = difference.transpose(1, 2, 0)[..., None]
         white = (self.whitening @ by_block)[..., 0]
-        return np.asarray(white.transpose(2, 0, 1).ravel())
+        found = white.transpose(2, 0, 1).ravel()
+        for one in self.common:
+            found = one.off(found)
+        return np.asarray(found)
 
     @property
     def log_widths(self) -> Floats:
         """Logarithm of the standard error of each coordinate; twice their sum is log det C."""
         of_blocks = -np.log(np.diagonal(self.whitening, axis1=-2, axis2=-1))
-        return np.concatenate([np.log(self.spread), of_blocks.transpose(2, 0, 1).ravel()])
+        widths = of_blocks.transpose(2, 0, 1).ravel()
+        widths = widths + sum(one.log_widths(len(widths)) for one in self.common)
+        return np.concatenate([np.log(self.spread), widths])
 
     def vector(self, figures: Floats, means: Floats) -> Floats:
         """A difference as one vector of coordinates."""

@@ -12,10 +12,12 @@ would call every body but its own unlike it, and the least of the effect would f
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibrate.shared import Shared, ruler, shared
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observation import Observation
@@ -33,8 +35,26 @@ def fair(count: int) -> float:
     return float(np.sqrt((count + 1) / (count - 1)))
 
 
-def beyond(of_one: Space, base: Base, bodies: Observation) -> Floats:
-    """Covariance that blocks of twins have beyond their space, (channels, blocks, shots, shots).
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Beyond:
+    """What blocks of twins have beyond their space.
+
+    Attributes:
+        own: covariance of each by itself, (channels, blocks, shots, shots).
+        shared: what blocks of a shot have in common, where they do.
+    """
+
+    own: Floats
+    shared: Shared | None = None
+
+    def only(self, shots: list[int]) -> Beyond:
+        """The same of some shots."""
+        few = self.shared.only(shots) if self.shared else None
+        return Beyond(own=self.own[..., shots, :][..., shots], shared=few)
+
+
+def beyond(of_one: Space, base: Base, bodies: Observation) -> Beyond:
+    """What blocks of twins have beyond their space.
 
     Independent noise alone of S shots in n blocks has eigenvalues up to Marchenko and Pastur's
     edge, (1 + sqrt(S / n))^2 of its variance: so much is chance, for each of two terms.
@@ -45,11 +65,14 @@ def beyond(of_one: Space, base: Base, bodies: Observation) -> Floats:
         bodies: twins of it.
     """
     shots, _, blocks = of_one.shape
-    off = fair(bodies.groups) * (bodies.means - of_one.expected_means).transpose(2, 3, 0, 1)
-    root = np.linalg.inv(of_one.whitening)
-    known = root @ root.transpose(0, 1, 3, 2)
-    more = off.transpose(0, 1, 3, 2) @ off / bodies.groups - known
     signal = _signal(base, bodies)
+    by = ruler(of_one, base, bodies, signal)
+    whole = fair(bodies.groups) * (bodies.means - of_one.expected_means)
+    in_common, rest = shared(by, whole)
+    off = rest.transpose(2, 3, 0, 1)
+    root = np.linalg.inv(of_one.whitening)
+    known = by.known
+    more = off.transpose(0, 1, 3, 2) @ off / bodies.groups - known
     product = signal[..., :, None] * signal[..., None, :]
     chance = (1.0 + np.sqrt(TERMS * shots / ((bodies.groups - 1) * blocks))) ** 2 - 1.0
     found = np.zeros_like(known)
@@ -61,7 +84,7 @@ def beyond(of_one: Space, base: Base, bodies: Observation) -> Floats:
         size = np.sqrt(np.maximum(values - chance, 0.0))
         factor = root @ (vectors * size[..., None, :])
         found = factor @ factor.transpose(0, 1, 3, 2)
-    return np.asarray(found)
+    return Beyond(own=np.asarray(found), shared=in_common)
 
 
 def _signal(base: Base, bodies: Observation) -> Floats:
@@ -94,8 +117,23 @@ def _additive_and_part(more: Floats, product: Floats, known: Floats) -> Floats:
     return np.asarray(np.einsum("ukbst,kstu->kbst", terms, found[..., 0]))
 
 
-def widened(space: Space, by: Floats) -> Space:
-    """A space whose blocks have a further covariance; see `beyond`."""
+def widened(
+    space: Space, by: Beyond, bodies: Observation, seen: Observation | None = None
+) -> Space:
+    """A space whose blocks are as uncertain as twins show them.
+
+    Args:
+        space: by noise, fixed pattern and light.
+        by: what blocks of the twins have beyond it.
+        bodies: the twins.
+        seen: the capture that it is for, whose groups of frames are averaged; one group by default.
+    """
     root = np.linalg.inv(space.whitening)
-    covariance = root @ root.transpose(0, 1, 3, 2) + by
-    return dataclasses.replace(space, whitening=np.linalg.inv(np.linalg.cholesky(covariance)))
+    covariance = root @ root.transpose(0, 1, 3, 2) + by.own
+    wide = dataclasses.replace(space, whitening=np.linalg.inv(np.linalg.cholesky(covariance)))
+    if by.shared is None:
+        return wide
+    in_common = by.shared
+    if seen is not None:
+        in_common = in_common.averaged(seen.means - space.expected_means)
+    return in_common.taken_off(wide, bodies.groups)

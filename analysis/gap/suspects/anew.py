@@ -13,7 +13,8 @@ from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.beginnings import of_other_strengths
+from analysis.gap.suspects.beginnings import of_other_strengths, with_more_strengths
+from analysis.gap.suspects.likelihood import cost
 from analysis.gap.suspects.mend import Search, Tried, likelier, mended
 from analysis.gap.suspects.settle import settled
 from analysis.gap.suspects.ways import Ways
@@ -67,8 +68,6 @@ def anew(
     as_found = found, refined(found.base, case.fit_seen, scenery, effects)
     if not exact and _scatters(case, *as_found):
         return _settled(case, found)
-    if as_found[1].misfit <= ENOUGH:
-        return found
     effect, base = found.effect, found.base
     if start or found.misfit > LED_NOWHERE * case.misfit:
         effect, base = first, start or known.base
@@ -100,7 +99,10 @@ def anew(
         told=told,
         tuned=not exact,
     )
-    best = _followed(ways, calibrated, BEHIND * to_beat)
+    fits = as_found[1].misfit <= ENOUGH
+    best = as_found if fits else _followed(ways, calibrated, BEHIND * to_beat)
+    if not exact:
+        best = _with_all_strengths(case, best, calibrated)
     if effect.stage is Stage.PROCESSING:
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
         best = mended(best, search)
@@ -122,6 +124,19 @@ def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless:
             best = likelier(best, calibrated(base, effect))
             if best[1].misfit <= ENOUGH or best[1].misfit > hopeless:
                 return best
+    return best
+
+
+def _with_all_strengths(
+    case: Case, best: Tried, calibrated: Callable[[Base, Effect], Tried]
+) -> Tried:
+    """With strengths that are off as well, where that is likelier: a search that began with one of
+    them found what it alone can do.
+    """
+    for more in with_more_strengths(best[1].effects[-1]):
+        one = calibrated(best[1].base, more)
+        if cost(case, one[0]) < cost(case, best[0]):
+            best = one
     return best
 
 

@@ -92,6 +92,18 @@ def of_other_strengths(effect: Effect) -> list[Effect]:
     return [one for on, one in others.items() if on != _strengths_on(effect)]
 
 
+def with_more_strengths(effect: Effect) -> list[Effect]:
+    """The same effect with one of its strengths that are off as a search for it begins."""
+    off = {p.name for p in strengths(type(effect)) if not p.whole} - _strengths_on(effect)
+    return list(
+        dict.fromkeys(
+            dataclasses.replace(effect, **{name: getattr(one, name)})
+            for one in starts(type(effect))
+            for name in sorted(off & _strengths_on(one))
+        )
+    )
+
+
 def _elsewhere(effect: Effect) -> list[Effect]:
     return [
         dataclasses.replace(effect, **{p.name: value})

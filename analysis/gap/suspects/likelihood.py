@@ -1,11 +1,12 @@
 """Which suspect these frames are likelier from, each judged by its own errors.
 
-    deviance = -2 log L = sum z^2 + log det C
+    deviance = -2 log L = z^T R^-1 z + log det C,    C = W R W
 
 A score tells by how much chi-squared falls in units of the model's errors without the suspect. One
 that makes figures scatter, from frame to frame or from body to body, is wronged by that: its right
 amount leaves as much chi-squared as the scatter is wide. One that only makes every figure
-uncertain gains by nothing here, since the determinant of its covariance is what it pays.
+uncertain gains by nothing here, since the determinant of its covariance is what it pays. It pays
+once for what figures have in common, R, and not once for each of them.
 """
 
 from __future__ import annotations
@@ -17,13 +18,16 @@ import numpy as np
 
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import seeds_of, spaces_by, together, twins, with_keys
+from analysis.gap.calibrate.space import MODEL_ERROR
+from analysis.gap.calibrate.wide import fair
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters
 from analysis.gap.look.observation import Observation
 from analysis.gap.measure.case import Candidate, Case
+from analysis.gap.measure.in_common import correlations
 from analysis.gap.measure.twins_spread import believed
 
-JUDGES = 12
+JUDGES = 24
 """Twins that tell the errors of a model."""
 
 PER_PARAMETER = 12.0
@@ -62,12 +66,25 @@ def deviance_without(case: Case) -> float:
 
 def _deviance(case: Case, base: Base, bodies: Observation) -> float:
     known, seen = case.known, case.score_seen
-    space, _ = spaces_by(bodies, base, known.scenery, seen)
+    space, of_one = spaces_by(bodies, base, known.scenery, seen)
     left = calibration(space, known.ways).left(space.of(seen))
     alike = case.scoring.spread.alike
     halves = 2.0 / (1.0 + alike)
     z = believed(left[: len(alike)], JUDGES)
-    return float(halves @ (np.square(z) + 2.0 * space.log_widths))
+    found = float(halves @ (np.square(z) + 2.0 * space.log_widths))
+    twins = fair(bodies.groups) * (bodies.figures - of_one.expected_figures) / of_one.spread
+    off = seen.figures.mean(axis=0) - space.expected_figures
+    of_chance = np.maximum(1.0 - np.square(MODEL_ERROR * off / space.spread), 0.0)
+    for place, correlation in correlations(space.keys, twins, of_chance):
+        own = z[place]
+        more = own @ np.linalg.solve(correlation, own) - own @ own
+        found += float(halves[place].mean() * (more + np.linalg.slogdet(correlation)[1]))
+    return found
+
+
+def cost(case: Case, found: Candidate) -> float:
+    """Deviance of a suspect, and what its parameters cost."""
+    return deviance(case, found) + PER_PARAMETER * len(free_parameters(found.effect))
 
 
 def judged(case: Case, rivals: Sequence[Candidate], unexplained: float) -> list[Candidate]:
@@ -85,7 +102,7 @@ def judged(case: Case, rivals: Sequence[Candidate], unexplained: float) -> list[
     wronged = most < CLEAR <= unexplained
     if not rivals or (not wronged and (len(rivals) < 2 or most < CLEAR)):
         return list(rivals)
-    found = [deviance(case, c) + PER_PARAMETER * len(free_parameters(c.effect)) for c in rivals]
+    found = [cost(case, one) for one in rivals]
     gained = deviance_without(case) - min(found)
     if wronged and gained < CLEAR:
         return list(rivals)
