@@ -90,6 +90,15 @@ def test_independent_blocks_have_nothing_in_common(seed: int) -> None:
     assert left is off
 
 
+def test_a_shot_that_is_the_same_in_all_twins_has_nothing_in_common() -> None:
+    """Codes that lost their lowest bits are all alike in a dark."""
+    off = differences(1)
+    off[:, 0] = 0.0
+    assert read(off)[0] is None
+    off[:, :] = 0.0
+    assert read(off)[0] is None
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_variances_are_those_that_went_in(seed: int) -> None:
     """A variance of n squares is known to sqrt(2 / n): rows to that of 24 x 4 x 16, of two

@@ -34,6 +34,10 @@ SURE = 1.5
 normal differences, and spots are none."""
 
 
+LEAST_OWN = 1e-3
+"""Part of the errors of a space that blocks have of their own in any case."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ruler:
     """Least squares for what blocks have in common.
@@ -249,7 +253,9 @@ def shared(by: Ruler, off: Floats) -> tuple[Shared | None, Floats]:
     rows = by.rows(rest)
     seen = np.einsum("nscr,ntcr->cst", rows, rows) / (count * by.down)
     each = rest.transpose(2, 3, 0, 1)
-    by_chance = by.rows_error_dn2(each.swapaxes(-1, -2) @ each / count)
+    # a shot whose codes are the same in all twins scatters by nothing
+    least = LEAST_OWN * by.rows_error_dn2(by.known)
+    by_chance = by.rows_error_dn2(each.swapaxes(-1, -2) @ each / count) + least
     rows_dn2 = _beyond(seen, by_chance, (count - 1) * (by.down - 1)) * by.fair
     error = by.frames_error(np.square(rest).mean(axis=0), rows_dn2)
     amounts = by.frames(off)
