@@ -15,6 +15,7 @@ from analysis.gap.ready.hints import Told
 from analysis.gap.suspects import anew, beginnings, valley, ways
 from analysis.gap.suspects.beginnings import as_dark, choices, every_choice
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.demosaic_other import DemosaicOther
@@ -174,3 +175,22 @@ def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:
     """Wander has no sign and trend has: with the wrong one no amount has both."""
     changes = [effect.change for effect in starts(LampDrift)]
     assert min(changes) < 0 < max(changes)
+
+
+@pytest.mark.parametrize("gained", [10.0, -10.0])
+def test_a_strength_that_is_off_is_added_where_that_is_likelier(
+    gained: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the cost of both: what the frames say, and what parameters cost."""
+
+    def tried(effect: Any) -> Any:
+        return SimpleNamespace(effect=effect), SimpleNamespace(base=BASE, effects=(effect,))
+
+    def cost(case: Any, found: Any) -> float:
+        return -gained if found.effect.frame_sigma_e > 0 else 0.0
+
+    monkeypatch.setattr(anew, "cost", cost)
+    found = tried(BlackLevelDrift(row_sigma_e=5.0, frame_sigma_e=0.0))
+    best = anew.with_all_strengths(cast(Any, None), found, lambda base, effect: tried(effect))
+    assert (best[0].effect.frame_sigma_e > 0) is (gained > 0)
+    assert best[0].effect.row_sigma_e == 5.0

@@ -31,7 +31,7 @@ from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.measure.signature import scaled, starts
 from analysis.gap.ready.full_well import full_well_e, level_of_full
 from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
-from analysis.gap.suspects.beginnings import of_other_strengths
+from analysis.gap.suspects.beginnings import of_other_strengths, with_more_strengths
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
@@ -451,3 +451,11 @@ def test_an_effect_of_two_strengths_is_tried_with_the_other_one_and_with_both() 
     on = {(one.row_sigma_e > 0, one.frame_sigma_e > 0) for one in of_other_strengths(rows)}
     assert on == {(False, True), (True, True)}
     assert of_other_strengths(Gamma(exponent=0.9)) == []
+
+
+def test_strengths_that_are_off_are_added_to_those_that_were_fitted() -> None:
+    rows = BlackLevelDrift(row_sigma_e=5.0, row_length=33.0, frame_sigma_e=0.0)
+    begins = BlackLevelDrift().frame_sigma_e
+    assert with_more_strengths(rows) == [dataclasses.replace(rows, frame_sigma_e=begins)]
+    assert with_more_strengths(BlackLevelDrift()) == []
+    assert with_more_strengths(Gamma(exponent=0.9)) == []

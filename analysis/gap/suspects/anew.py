@@ -102,7 +102,7 @@ def anew(
     fits = as_found[1].misfit <= ENOUGH
     best = as_found if fits else _followed(ways, calibrated, BEHIND * to_beat)
     if not exact:
-        best = _with_all_strengths(case, best, calibrated)
+        best = with_all_strengths(case, best, calibrated)
     if effect.stage is Stage.PROCESSING:
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
         best = mended(best, search)
@@ -127,7 +127,7 @@ def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless:
     return best
 
 
-def _with_all_strengths(
+def with_all_strengths(
     case: Case, best: Tried, calibrated: Callable[[Base, Effect], Tried]
 ) -> Tried:
     """With strengths that are off as well, where that is likelier: a search that began with one of
