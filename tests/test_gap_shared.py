@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.gap.calibrate.shared import Shared, ruler, shared
+from analysis.gap.calibrate.ruler import ruler
+from analysis.gap.calibrate.shared import Shared, shared
 from analysis.gap.calibrate.space import Space, common
 from analysis.gap.look.observation import Observation
 

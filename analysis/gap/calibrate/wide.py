@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibrate.shared import Shared, ruler, shared
+from analysis.gap.calibrate.ruler import ruler
+from analysis.gap.calibrate.shared import Shared, shared
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observation import Observation
