@@ -11,7 +11,15 @@ import pytest
 from analysis.gap.look.observation import Key
 from analysis.gap.measure.signature import Signature
 from analysis.gap.suspects import first_look
-from analysis.gap.suspects.first_look import closer, confirmed, either_way, in_range, promise
+from analysis.gap.suspects.first_look import (
+    LITTLE,
+    closer,
+    confirmed,
+    either_way,
+    in_range,
+    promise,
+    weaker,
+)
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effect import Effect
@@ -19,6 +27,7 @@ from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.hot_pixels import HotPixels
 from sensor.effects.lateral_chromatic_aberration import LateralChromaticAberration
+from sensor.effects.sharpening import Sharpening
 
 FAMILIES = np.repeat(["codes", "rows", "time"], [20, 300, 300])
 KEYS = tuple(Key(shot="a", lattice="Y", family=f, statistic=str(k)) for k, f in enumerate(FAMILIES))
@@ -146,3 +155,29 @@ def test_frames_may_say_more_than_an_effect_can() -> None:
     assert HotPixels(**in_range(HotPixels, said)).rate_e_per_s == 1e6  # type: ignore[arg-type]
     room = in_range(AmbientLight, {"rate_e_per_s": Colours(R=-1.0, G=2.0, B=3.0)})
     assert room == {"rate_e_per_s": Colours(R=0.0, G=2.0, B=3.0)}
+
+
+def test_what_is_done_to_pictures_is_looked_at_as_weak_as_it_could_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A signature that grows with the strength has 100 times the chi-squared that is seen well at
+    10 times the strength that would have it. One that is about right, one that is no processing
+    and a capture in which much is off need no other look."""
+    monkeypatch.setattr(
+        first_look,
+        "begun_signature",
+        lambda effect, known, seeds: lambda: shown(np.ones(1), effect),
+    )
+    size = np.sqrt(LITTLE / len(KEYS)) * np.ones(len(KEYS))
+    seen = [
+        shown(10 * size, Sharpening(amount=0.5, passes=1)),
+        shown(2 * size, Sharpening(amount=0.5, passes=2)),
+        shown(10 * size, HotPixels()),
+    ]
+    little, much = case(size), case(size)
+    little.misfit, much.misfit = 1.0, 9.0
+    (one,) = weaker(little, seen)
+    assert isinstance(one.effect, Sharpening)
+    assert one.effect.amount == pytest.approx(0.05)
+    assert one.effect.passes == 1
+    assert weaker(much, seen) == []

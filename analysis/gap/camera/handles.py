@@ -89,7 +89,7 @@ def step_from(value: float, p: Parameter, times: float = 1.0) -> float:
     return up if up == step or up > down else -down
 
 
-NOTHING = 1e-3
+NOTHING = 4e-3
 """Part of what an effect usually does. One that does less and is seen all the same is seen by how
 it rounds: a power of 1.0000002 sends halves to another side."""
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from analysis.gap.calibrate.agreement import agreed_of
 from analysis.gap.calibrate.fit import SEEDS, Fit
-from analysis.gap.measure.case import Case, vector
+from analysis.gap.measure.case import MISFIT, Case, vector
 from analysis.gap.measure.signature import (
     Signature,
     begun_signature,
@@ -36,6 +36,13 @@ from sensor.effect import Effect, Stage
 WORTH_A_SECOND = 14.0
 """Promise that is worth a second look: a suspect needs a score of 15 to be named, and families
 promise half of that by chance."""
+
+LITTLE = 200.0
+"""Chi-squared of a signature that is seen well, and that a capture may have where nothing else is
+off."""
+
+WEAKER = 0.3
+"""Part of the strength from which a search begins below which another look is worth it."""
 
 IN_THE_PICTURE = frozenset({Stage.LIGHTING, Stage.OPTICS, Stage.PHOTOSITE})
 """Stages whose effects change what there is to see."""
@@ -73,6 +80,38 @@ def shows(
                 yield begun_signature(effect, case.known, seeds=SEEDS[:1])
 
     return [shown for shown in ahead(begun()) if shown is not None]
+
+
+def weaker(
+    case: Case, shown: Iterable[Signature], watch: Callable[[str], None] = lambda name: None
+) -> list[Signature]:
+    """How what is done to pictures would show where it does as little as could be off at most.
+
+    Whole numbers that are weighed with a hundredth of their neighbours change only where they were
+    about halves, and that looks like nothing that a third of them does.
+
+    Args:
+        case: the capture.
+        shown: by one set of random numbers, at the strengths from which a search begins.
+        watch: told whose turn it is.
+    """
+    if case.misfit > MISFIT:
+        return []
+    turned = case.fitting.turned
+
+    def much(one: Signature) -> float:
+        return float(np.square(turned.left(vector(turned.space, one))).sum())
+
+    pictures = [one for one in shown if one.effect.stage is Stage.PROCESSING]
+    parts = {one.effect: np.sqrt(LITTLE / max(much(one), LITTLE)) for one in pictures}
+    weak = [scaled(effect, float(part)) for effect, part in parts.items() if part < WEAKER]
+
+    def begun() -> Iterator[Callable[[], Signature | None]]:
+        for effect in weak:
+            watch(effect.name)
+            yield begun_signature(effect, case.known, seeds=SEEDS[:1])
+
+    return [one for one in ahead(begun()) if one is not None]
 
 
 def either_way(effect: Effect) -> tuple[Effect, ...]:

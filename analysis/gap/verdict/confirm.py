@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined
+from analysis.gap.camera.handles import does_nothing
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured, measured
@@ -150,16 +151,23 @@ def likeliest_step(
         watch: told what is being done.
     """
     step = with_it(setting, model, now, choice, watch)
-    by_width = closes_by_width(step, now)
-    if step.ends and not by_width:
+    not_it = _is_no_cause(step, now)
+    if step.ends and not not_it:
         return step
     # where the best is wrong beyond doubt, a rival may leave a little
-    enough = NEARLY_CLOSED if by_width or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
+    enough = NEARLY_CLOSED if not_it or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
     for other in _rivals(candidates):
         instead = with_it(setting, model, now, choice.instead(other), watch)
-        if instead.left.whole.p_value >= enough and not closes_by_width(instead, now):
+        if instead.left.whole.p_value >= enough and not _is_no_cause(instead, now):
             return Step(choice=instead.choice, model=instead.model, left=instead.left, ends=True)
-    return None if by_width else step
+    return None if not_it else step
+
+
+def _is_no_cause(step: Step, now: Measured) -> bool:
+    """Whether a gap is closed by an effect's width alone, or by one that does next to nothing once
+    the camera is calibrated with it.
+    """
+    return closes_by_width(step, now) or does_nothing(step.model.effects[-1])
 
 
 def closes_by_width(step: Step, now: Measured) -> bool:

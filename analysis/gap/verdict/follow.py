@@ -12,7 +12,7 @@ from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.ready.setting import Setting
 from analysis.gap.suspects.attribute import at_first_sight, attribute
-from analysis.gap.suspects.first_look import closer, shows
+from analysis.gap.suspects.first_look import closer, shows, weaker
 from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
 from analysis.gap.verdict.confirm import Step, Watch, alone, likeliest_step
@@ -110,7 +110,7 @@ def _looked(
     again = [k for k in left if not shown or k.name in hints]
     kept = [s for s in shown if type(s.effect) in set(left) - set(again)]
     seen = [*kept, *shows(now.case, again, {**heard.hints, **hints}, heard.told, tell)]
-    seen = closer(now.case, seen, tell)
+    seen = closer(now.case, [*seen, *weaker(now.case, seen, tell)], tell)
     candidates = attribute(now.case, seen, tell, told=heard.told)
     evidence = telling(candidates, now.whole.p_value)
     by_best = p_of_best(evidence)
