@@ -9,6 +9,7 @@ from typing import Any
 
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
+from analysis.gap.measure.case import MISFIT
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
 from analysis.gap.verdict.verdict import (
@@ -44,6 +45,7 @@ FIGURES = {
     "SIGNIFICANCE": f"{SIGNIFICANCE:g}",
     "LEAST_SCORE": f"{LEAST_SCORE:g}",
     "MARGIN": f"{MARGIN:g}",
+    "MISFIT": f"{MISFIT:g}",
     "MARGIN_OF_SCORE": f"{100 * MARGIN_OF_SCORE:g} %",
     "CLASS_SIZE": f"{CLASS_SIZE}",
     "MOST_EFFECTS": f"{MOST_EFFECTS}",
