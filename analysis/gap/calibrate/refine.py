@@ -144,7 +144,7 @@ def refined(
     alone = twins(scenery, base, seeds_of(STEP_TWINS), effects)
     bodies = together(alone.values())
     both = with_keys(seen, bodies.keys)
-    space, of_one = spaces_by(bodies, base, scenery, both)
+    space, of_one = spaces_by(bodies, base, scenery, both, in_common=bool(effects))
     light = calibration(space, of_the_light(base, scenery, bodies))
     return Refined(
         base=base,

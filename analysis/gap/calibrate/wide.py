@@ -54,7 +54,7 @@ class Beyond:
         return Beyond(own=self.own[..., shots, :][..., shots], shared=few)
 
 
-def beyond(of_one: Space, base: Base, bodies: Observation) -> Beyond:
+def beyond(of_one: Space, base: Base, bodies: Observation, *, in_common: bool = True) -> Beyond:
     """What blocks of twins have beyond their space.
 
     Independent noise alone of S shots in n blocks has eigenvalues up to Marchenko and Pastur's
@@ -64,12 +64,13 @@ def beyond(of_one: Space, base: Base, bodies: Observation) -> Beyond:
         of_one: of one group of frames of a camera.
         base: the camera.
         bodies: twins of it.
+        in_common: whether what blocks of a shot have in common is told apart.
     """
     shots, _, blocks = of_one.shape
     signal = _signal(base, bodies)
     by = ruler(of_one, base, bodies, signal)
     whole = fair(bodies.groups) * (bodies.means - of_one.expected_means)
-    in_common, rest = shared(by, whole)
+    found_shared, rest = shared(by, whole) if in_common else (None, whole)
     off = rest.transpose(2, 3, 0, 1)
     root = np.linalg.inv(of_one.whitening)
     known = by.known
@@ -85,7 +86,7 @@ def beyond(of_one: Space, base: Base, bodies: Observation) -> Beyond:
         size = np.sqrt(np.maximum(values - chance, 0.0))
         factor = root @ (vectors * size[..., None, :])
         found = factor @ factor.transpose(0, 1, 3, 2)
-    return Beyond(own=np.asarray(found), shared=in_common)
+    return Beyond(own=np.asarray(found), shared=found_shared)
 
 
 def _signal(base: Base, bodies: Observation) -> Floats:
