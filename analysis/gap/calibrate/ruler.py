@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.look.observation import Observation
 
@@ -73,8 +72,8 @@ class Ruler:
         return np.repeat(rows, self.weight.shape[-1] // self.down, axis=-1)
 
     @property
-    def fair(self) -> float:
-        """What the variance within a row of blocks lacks, because its mean is one of them."""
+    def for_the_mean(self) -> float:
+        """Factor of what the variance within a row lacks, because its mean is one of them."""
         across = self.weight.shape[-1] // self.down
         return float(across / max(across - 1, 1))
 
@@ -99,22 +98,21 @@ class Ruler:
         return np.asarray(np.einsum("sij,sjk,ski->si", self.inverse, inner, self.inverse))
 
 
-def ruler(of_one: Space, base: Base, bodies: Observation, signal: Floats) -> Ruler:
+def ruler(known: Floats, base: Base, bodies: Observation, signal: Floats) -> Ruler:
     """How to read what blocks have in common.
 
     Args:
-        of_one: space of one group of frames of a camera.
+        known: covariance of blocks between shots, (channels, blocks, S, S), by a space.
         base: the camera.
         bodies: twins of it.
         signal: of blocks above black in DN, (channels, blocks, S).
     """
-    root = np.linalg.inv(of_one.whitening)
     lit = np.array([shot in bodies.lit for shot in bodies.shots])
     light = signal.transpose(2, 0, 1) * lit[:, None, None]
     offset = np.broadcast_to(base.gain_dn_per_e[:, None], light.shape)
     return Ruler(
         shapes=np.stack([offset, light]),
-        known=root @ root.transpose(0, 1, 3, 2),
+        known=known,
         in_time_dn2=bodies.noise / (bodies.samples * bodies.frames),
         down=bodies.grid[0],
     )

@@ -157,14 +157,14 @@ def shared(by: Ruler, off: Floats) -> tuple[Shared | None, Floats]:
     # a shot whose codes are the same in all twins scatters by nothing
     least = LEAST_OWN * by.rows_error_dn2(by.known)
     by_chance = by.rows_error_dn2(each.swapaxes(-1, -2) @ each / count) + least
-    rows_dn2 = _beyond(seen, by_chance, (count - 1) * (by.down - 1)) * by.fair
+    rows_dn2 = _beyond(seen, by_chance, (count - 1) * (by.down - 1)) * by.for_the_mean
     error = by.frames_error(np.square(rest).mean(axis=0), rows_dn2)
     amounts = by.frames(off)
     offset_e2, light2 = (_variance(amounts[..., k], error[:, k]) for k in (0, 1))
     if not (rows_dn2.any() or offset_e2 or light2):
         return None, off
     found = Shared(by=by, rows_dn2=rows_dn2, offset_e2=offset_e2, light2=light2)
-    return found, np.sqrt(by.fair) * (rest - by.of_blocks(rows)) if rows_dn2.any() else rest
+    return found, np.sqrt(by.for_the_mean) * (rest - by.of_blocks(rows)) if rows_dn2.any() else rest
 
 
 def _of_rows(space: Space, rows_dn2: Floats, down: int) -> Common:

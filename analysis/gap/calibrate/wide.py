@@ -68,12 +68,12 @@ def beyond(of_one: Space, base: Base, bodies: Observation, *, in_common: bool = 
     """
     shots, _, blocks = of_one.shape
     signal = _signal(base, bodies)
-    by = ruler(of_one, base, bodies, signal)
-    whole = fair(bodies.groups) * (bodies.means - of_one.expected_means)
-    found_shared, rest = shared(by, whole) if in_common else (None, whole)
-    off = rest.transpose(2, 3, 0, 1)
     root = np.linalg.inv(of_one.whitening)
-    known = by.known
+    known = root @ root.transpose(0, 1, 3, 2)
+    found_shared, rest = None, fair(bodies.groups) * (bodies.means - of_one.expected_means)
+    if in_common:
+        found_shared, rest = shared(ruler(known, base, bodies, signal), rest)
+    off = rest.transpose(2, 3, 0, 1)
     more = off.transpose(0, 1, 3, 2) @ off / bodies.groups - known
     product = signal[..., :, None] * signal[..., None, :]
     chance = (1.0 + np.sqrt(TERMS * shots / ((bodies.groups - 1) * blocks))) ** 2 - 1.0

@@ -133,11 +133,9 @@ def with_all_strengths(
     """With strengths that are off as well, where that is likelier: a search that began with one of
     them found what it alone can do.
     """
-    for more in with_more_strengths(best[1].effects[-1]):
-        one = calibrated(best[1].base, more)
-        if cost(case, one[0]) < cost(case, best[0]):
-            best = one
-    return best
+    others = with_more_strengths(best[1].effects[-1])
+    tried = [best, *(calibrated(best[1].base, more) for more in others)]
+    return min(tried, key=lambda one: cost(case, one[0])) if others else best
 
 
 def elsewhere(case: Case, found: Candidate) -> Candidate | None:

@@ -14,7 +14,6 @@ from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
-from analysis.gap.suspects.beginnings import with_more_strengths
 from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, TELLS_LITTLE, TOO_WIDE, accounts, closed
 from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
@@ -53,7 +52,7 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
 
     One that fits as a signature, so that no camera was calibrated with it, may not fit as part of a
     camera: then one is. And of one that closes most of a gap what is left may be that calibration
-    had not come to its end, or another strength of the same effect.
+    had not come to its end.
 
     Args:
         setting: the capture.
@@ -74,11 +73,7 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
     if step.ends or found.model is not None or not most:
         return step
-    step = _nearer(step, _calibrated(setting, step, step.model.effects))
-    *others, last = step.model.effects
-    for more in () if step.ends else with_more_strengths(last):
-        step = _nearer(step, _calibrated(setting, step, (*others, more)))
-    return step
+    return _nearer(step, _calibrated(setting, step, step.model.effects))
 
 
 def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
