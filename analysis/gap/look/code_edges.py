@@ -4,9 +4,13 @@ The mean of a pixel over some frames and its noise tell how often its other fram
 code, if all codes were equally wide. What a histogram differs by from the sum over the pixels is
 where edges of codes lie elsewhere: no picture, no fixed pattern and no light is as uneven. An edge
 that lies d higher moves f d samples from the code above to the one below, where f is the density of
-samples there, so that all edges of a channel are a linear regression:
+samples there. Means of pixels are lower by phi d as well, where phi is the density of their noise
+at the edge, and what is expected of them goes along: edges that wander over more codes than noise
+reaches would hardly show. So it is with the noise, which is read from the same codes. With all of
+it the edges of a channel are a linear regression:
 
-    counts - expected = f_n d_n+1 - f_n-1 d_n + nuisances,    counts of Poisson
+    counts - expected = F_n+1 - F_n + nuisances,    counts of Poisson
+    F_n = f_n d_n - sum_m K_nm d_m,    K_nm = sum over samples phi_n phi_m + of their noise
 
 Nuisances are a shift and a width of the noise, the waves of a histogram that are longer than a
 comb, and in darks, which have few codes, the skewness and the kurtosis.
@@ -20,6 +24,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from analysis.gap.look.lattices import Lattice
 from sensor.frames import Frames
@@ -46,8 +51,10 @@ LEAST_COUNT = 40
 
 LEAST_CODES = 6
 LEAST_NOISE_DN2 = 0.35
-"""Noise below which the mean of whole codes does not tell where between them a pixel is, and goes
-along with an edge that lies elsewhere."""
+"""Noise below which the mean of whole codes does not tell where between them a pixel is."""
+
+REACH = 5.0
+"""Standard deviations of noise beyond which it moves no mean."""
 
 LOUD = 6.0
 """Standard errors by which the noise of a pixel is beyond that of others and it takes no part."""
@@ -126,8 +133,15 @@ def code_edges(shots: Sequence[Frames], lattices: Sequence[Lattice], channel: st
             power += float((weight * off**2).sum())
         tell = (noise_dn2 > LEAST_NOISE_DN2)[which]
         counts = np.bincount(stack[:, tell].ravel(), minlength=edges - 1).astype(np.float64)
-        density = _density(stack[:, tell], noise_dn2, which[tell], edges - 1)
-        rows = _regression(counts, density, edges, dark=frames.shot.dark)
+        means = _of_means(stack[:, tell], which[tell], edges - 1)
+        # each half of the frames expects the other: a mean of m frames is off by noise / m
+        widths_dn2 = np.maximum(noise_dn2, 0.0) * (1.0 + 2.0 / len(stack))
+        rows = _regression(
+            counts,
+            _density(means, widths_dn2),
+            _along(means, widths_dn2, edges),
+            dark=frames.shot.dark,
+        )
         if rows is None:
             continue
         slopes, off_by, nuisances = rows
@@ -184,23 +198,47 @@ def _levels(stack: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.intp]]
     return of_level(means), of_level(stack.var(axis=0, ddof=1)) - 1.0 / 12.0, which
 
 
-def _density(
-    stack: NDArray[np.int64], noise_dn2: Floats, which: NDArray[np.intp], codes: int
-) -> Floats:
-    """Expected samples per fine step, from half a code below -`BEYOND` on; see `_at`.
-
-    Each half of the frames expects the other: a mean of m frames is off by noise / m.
+def _of_means(stack: NDArray[np.int64], which: NDArray[np.intp], codes: int) -> Floats:
+    """Samples by level and by the mean of their pixel in half of the frames, (levels, fine steps),
+    from half a code below -`BEYOND` on; see `_at`.
     """
-    half = len(stack) // 2
-    size = (codes + 2 * BEYOND) * FINE
-    means = np.zeros((LEVELS, size))
+    means = np.zeros((LEVELS, (codes + 2 * BEYOND) * FINE))
     for part in (stack[0::2], stack[1::2]):
         at = ((part.mean(axis=0) + 0.5 + BEYOND) * FINE).astype(np.intp)
-        np.add.at(means, (which, at), float(half))
-    variance = np.maximum(noise_dn2, 0.0) * (1.0 + 1.0 / half) * FINE**2
+        np.add.at(means, (which, at), float(len(part)))
+    return means
+
+
+def _density(means: Floats, widths_dn2: Floats) -> Floats:
+    """Expected samples per fine step, where those of a level scatter about the means of pixels."""
+    size = means.shape[1]
     turns = np.fft.rfftfreq(size)
-    smooth = np.exp(-2.0 * np.pi**2 * variance[:, None] * turns**2)
+    smooth = np.exp(-2.0 * np.pi**2 * FINE**2 * widths_dn2[:, None] * turns**2)
     return np.fft.irfft((np.fft.rfft(means) * smooth).sum(axis=0), size)
+
+
+def _along(means: Floats, widths_dn2: Floats, edges: int) -> Floats:
+    """How what is expected goes along with edges that lie elsewhere, (edges, edges): K.
+
+    An edge that is x above the mean of a pixel changes its variance by -2 phi x d, and that of a
+    level by the mean over its pixels; noise that is wider by dv moves f'' dv / 2 of the samples.
+    """
+    found = np.zeros((edges, edges))
+    for samples, width_dn2 in zip(means, widths_dn2, strict=True):
+        if width_dn2 == 0.0 or not (here := np.flatnonzero(samples)).size:
+            continue
+        sigma = np.sqrt(width_dn2)
+        at_dn = (here + 0.5) / FINE - 0.5 - BEYOND
+        near = np.arange(
+            max(int(at_dn[0] - REACH * sigma), 0),
+            min(int(at_dn[-1] + REACH * sigma) + 2, edges),
+        )
+        off_dn = near[:, None] - 0.5 - at_dn
+        phi = stats.norm.pdf(off_dn, scale=sigma)
+        wider = (phi * off_dn) @ samples[here]
+        found[np.ix_(near, near)] += (phi * samples[here]) @ phi.T
+        found[np.ix_(near, near)] += np.outer(wider, wider) / (width_dn2 * samples.sum())
+    return found
 
 
 def _at(codes: NDArray[Any]) -> NDArray[np.intp]:
@@ -208,11 +246,12 @@ def _at(codes: NDArray[Any]) -> NDArray[np.intp]:
 
 
 def _regression(
-    counts: Floats, density: Floats, edges: int, *, dark: bool
+    counts: Floats, density: Floats, along: Floats, *, dark: bool
 ) -> tuple[Floats, Floats, int] | None:
     """Slopes of counts along the edges and what counts are off by, in standard errors and less
     nuisances, and how many these are; None where too few codes tell anything.
     """
+    edges = len(along)
     codes = np.flatnonzero(counts > LEAST_COUNT)
     codes = codes[(codes > 0) & (codes < edges - 2)]
     if len(codes) < LEAST_CODES:
@@ -240,6 +279,7 @@ def _regression(
     row = np.arange(len(codes))
     slopes[row, codes] = -low / errors
     slopes[row, codes + 1] = high / errors
+    slopes -= (along[codes + 1] - along[codes]) / errors[:, None]
 
     def less_known(values: Floats) -> Floats:
         return np.asarray(values - known @ (known.T @ values))
