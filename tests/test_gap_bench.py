@@ -208,10 +208,15 @@ def test_what_calibration_takes_up_is_not_expected_to_be_named() -> None:
     rows = [
         row("effect", ["white_balance"], 4.0, verdict="matched", named=[]),
         row("effect", ["white_balance"], 4.0, named=[named("gamma")]),
+        row("pair", ["white_balance", "gamma"], 4.0, named=[named("gamma")]),
+        row("pair", ["jpeg", "gamma"], 4.0, named=[named("gamma"), named("jpeg")]),
     ]
     found = lines(rows, taken)
     own = line(found, "effects that calibration takes up: matched, or themselves").found
     assert own == Share(hits=1, cases=2)
+    assert line(found, "pairs: both").found == Share(hits=1, cases=2)
+    neither = line(found, "pairs: both, where calibration takes up neither").found
+    assert neither == Share(hits=1, cases=1)
     assert line(found, "detected, over 4 limits").found == Share(hits=0, cases=0)
     assert "calibration-equivalent" in limits_table(taken)
 

@@ -157,6 +157,11 @@ def equivalent(row: Row, limits: Mapping[str, Limit]) -> bool:
     return float(row.get("absorbed", limits[row["truth"][0]].absorbed)) > EQUIVALENT
 
 
+def _takes_up_one(row: Row, limits: Mapping[str, Limit]) -> bool:
+    """Whether calibration takes up one of a pair, by the camera in the middle."""
+    return any(limits[name].absorbed > EQUIVALENT for name in row["truth"])
+
+
 def lines(rows: Sequence[Row], limits: Mapping[str, Limit]) -> list[Line]:
     """The table."""
     kept = [row for row in rows if "skipped" not in row]
@@ -234,8 +239,15 @@ def lines(rows: Sequence[Row], limits: Mapping[str, Limit]) -> list[Line]:
         )
     )
     pairs = by_kind["pair"]
+    left = [row for row in pairs if not _takes_up_one(row, limits)]
     made += [
         _least("pairs: both", share(pairs, lambda row: found_of(row) == 2), 0.75, "48 %"),
+        _least(
+            "pairs: both, where calibration takes up neither",
+            share(left, lambda row: found_of(row) == 2),
+            0.75,
+            "",
+        ),
         _least("pairs: at least one", share(pairs, lambda row: found_of(row) >= 1), 0.98, "93 %"),
         *_severity([row for row in named if right(row)]),
         _shrink([row for row in named if right(row) and row["severity"] >= BANDS[-1][1]]),
