@@ -153,9 +153,22 @@ def likeliest_step(
     enough = NEARLY_CLOSED if not_it or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
     for other in _rivals(candidates):
         instead = with_it(setting, model, now, choice.instead(other), watch)
-        if instead.left.whole.p_value >= enough and not _is_no_cause(instead, now):
-            return Step(choice=instead.choice, model=instead.model, left=instead.left, ends=True)
+        if _is_no_cause(instead, now):
+            continue
+        if instead.left.whole.p_value >= enough:
+            return dataclasses.replace(instead, ends=True)
+        if not not_it and _far_nearer(instead.left, step.left):
+            return instead
     return None if not_it else step
+
+
+def _far_nearer(other: Measured, best: Measured) -> bool:
+    """Whether a model leaves hardly anything of what the best leaves, and that is wrong beyond
+    doubt in some family and this one in none.
+    """
+    first, second = best.whole.p_by_family.values(), other.whole.p_by_family.values()
+    most = closed(best.held.total, other.held.total) >= LEAST_SHRINK
+    return most and best.held.total > 0 and min(first) < CERTAIN < min(second)
 
 
 def _is_no_cause(step: Step, now: Measured) -> bool:

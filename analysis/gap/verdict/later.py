@@ -11,7 +11,12 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.verdict.closing import TELLS_LITTLE, closed, untouched
 from analysis.gap.verdict.confirm import Step
-from analysis.gap.verdict.verdict import EQUIVALENT, LEAST_SHRINK, SIGNIFICANCE
+from analysis.gap.verdict.verdict import (
+    BEYOND_CALIBRATION,
+    EQUIVALENT,
+    LEAST_SHRINK,
+    SIGNIFICANCE,
+)
 
 LEAST_OF_A_LATER = 25.0
 """Score of an effect that is added to another one."""
@@ -52,7 +57,8 @@ def deserves(later: Candidate, first: Candidate, base: Measured, now: Measured) 
     little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
     enough = later.score > LEAST_WHERE_LITTLE
     tried = enough and (little or untouched(base, now, worth=0.0))
-    return bool(tried or stands_beside(later, first)) and later.absorbed < EQUIVALENT
+    calibrated = later.absorbed >= EQUIVALENT and later.score <= BEYOND_CALIBRATION
+    return bool(tried or stands_beside(later, first)) and not calibrated
 
 
 def earned(step: Step, base: Measured, now: Measured, first: Candidate) -> bool:
