@@ -15,7 +15,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
-from analysis.gap.verdict.confirm import _nearer, _rivals
+from analysis.gap.verdict.confirm import _far_nearer, _nearer, _rivals
 from analysis.gap.verdict.later import deserves, earned
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
@@ -84,7 +84,8 @@ def test_which_later_effect_is_tried(
     now = seen(left, rows, p_value)
     assert deserves(candidate("hot_pixels", score), first, WITHOUT, now) is tried
     absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
-    assert not deserves(absorbed, first, WITHOUT, now)
+    assert deserves(absorbed, first, WITHOUT, now) is (score > 2000.0)
+    assert deserves(absorbed, candidate("jpeg", 100.0), WITHOUT, now) is (score > 60.0)
 
 
 @pytest.mark.parametrize(
@@ -111,6 +112,11 @@ def test_which_later_effect_keeps_its_place(
         ends=ends,
     )
     assert earned(step, WITHOUT, seen(0.17, rows[0]), first) is kept
+    # of one that calibration takes up no size is enough
+    absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
+    step.choice.best = absorbed
+    now = seen(0.17, rows[0])
+    assert earned(step, WITHOUT, now, first) is (kept and not score > 2000.0)
 
 
 @pytest.mark.parametrize(
@@ -265,3 +271,22 @@ def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken()
     large, larger = step(0.5, 1e-90), step(0.8, 1e-40)
     assert _nearer(larger, large) is large
     assert _nearer(even, large) is even
+
+
+@pytest.mark.parametrize(
+    ("total", "chance", "instead"),
+    [
+        (0.004, 1e-9, True),
+        (0.02, 1e-9, False),  # more than a fifth is left
+        (0.004, 1e-30, False),  # a family is off beyond doubt, as it is with the best
+    ],
+)
+def test_a_rival_that_leaves_nothing_beyond_doubt_takes_the_place_of_one_that_does(
+    total: float, chance: float, instead: bool
+) -> None:
+    def left(total: float, chance: float) -> Any:
+        far = SimpleNamespace(total=total, p_by_family={"rows": chance, "codes": 0.5})
+        return SimpleNamespace(held=far, whole=far)
+
+    assert _far_nearer(left(total, chance), left(0.045, 1e-40)) is instead
+    assert not _far_nearer(left(total, chance), left(0.045, 1e-3))

@@ -48,7 +48,8 @@ def deserves(later: Candidate, first: Candidate, base: Measured, now: Measured) 
     """Whether an effect is to be tried beside another one.
 
     One that is much less than the first is tried where little is left, or where the first one left
-    a family alone that is wrong beyond doubt: that is no remainder of it.
+    a family alone that is wrong beyond doubt: that is no remainder of it. What calibration takes up
+    for nine tenths is not, unless it is more than a remainder and beyond doubt.
 
     Args:
         later, first: the effects.
@@ -57,13 +58,16 @@ def deserves(later: Candidate, first: Candidate, base: Measured, now: Measured) 
     little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
     enough = later.score > LEAST_WHERE_LITTLE
     tried = enough and (little or untouched(base, now, worth=0.0))
-    calibrated = later.absorbed >= EQUIVALENT and later.score <= BEYOND_CALIBRATION
-    return bool(tried or stands_beside(later, first)) and not calibrated
+    large = stands_beside(later, first)
+    if later.absorbed >= EQUIVALENT:
+        return large and later.score > BEYOND_CALIBRATION
+    return bool(tried or large)
 
 
 def earned(step: Step, base: Measured, now: Measured, first: Candidate) -> bool:
-    """Whether a later effect keeps its place: a large one if it closes something, another if it
-    closes most of what the first one leaves, or all that the first one left alone.
+    """Whether a later effect keeps its place: a large one that calibration leaves if it closes
+    something, another if it closes most of what the first one leaves, or all that the first one
+    left alone.
 
     Args:
         step: by which it was added.
@@ -76,7 +80,9 @@ def earned(step: Step, base: Measured, now: Measured, first: Candidate) -> bool:
     most = closed(gap, left) >= LEAST_SHRINK
     left_alone = untouched(base, now, worth=0.0)
     other_cause = bool(left_alone) and not untouched(base, step.left, worth=0.0)
-    return step.ends or most or other_cause or stands_beside(step.choice.best, first)
+    best = step.choice.best
+    large = stands_beside(best, first) and best.absorbed < EQUIVALENT
+    return step.ends or most or other_cause or large
 
 
 def no_worse(alone: Measured, both: Measured) -> bool:
