@@ -13,6 +13,7 @@ from analysis.gap.ready.hot import hot
 from analysis.gap.ready.mixed import mixed
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
+from analysis.gap.ready.soft import soft
 from analysis.gap.ready.traps import trapped
 from analysis.gap.ready.undone import unbent, unmixed
 from analysis.gap.ready.wave import wave
@@ -21,6 +22,7 @@ from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.blooming import Blooming
 from sensor.effects.color_matrix import ColorMatrix
+from sensor.effects.defocus_error import DefocusError
 from sensor.effects.gamma import Gamma
 from sensor.effects.hot_pixels import HotPixels
 from sensor.effects.interference import Interference
@@ -48,9 +50,13 @@ def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
     }
 
 
-def told_by(setting: Setting) -> dict[str, Told]:
-    """Suspects of which the frames tell parameters, and where the camera begins with each."""
+def told_by(setting: Setting, base: Base) -> dict[str, Told]:
+    """Suspects of which the frames or the calibrated base tell parameters, and where the camera
+    begins with each.
+    """
     told = dict(setting.told)
+    if disc := soft(base):
+        told[DefocusError.name] = disc
     if curve := told.get(Gamma.name):
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
     if mix := mixed(setting.key_frames, setting.scenery.view.lattices):

@@ -39,7 +39,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         watch: told what is being done.
     """
     base = measured(known, setting.seen)
-    heard = _Heard(told=told_by(setting), hints=hints_of_frames(setting, known.base))
+    heard = _Heard(told=told_by(setting, known.base), hints=hints_of_frames(setting, known.base))
     steps: tuple[Step, ...] = ()
     first = look = _looked(known, base, kinds, (), heard, watch)
     while True:
