@@ -138,6 +138,14 @@ def vibration(c: Camera, light: Numbers, frame: int, exposure_s: float) -> Numbe
     return np.asarray(ndimage.uniform_filter1d(light, 1 + 2 * round(2 * c.k), axis=1))
 
 
+def defocus_error(c: Camera, light: Numbers, frame: int, exposure_s: float) -> Numbers:
+    wide = 2 * round(2 * c.k) + 3
+    at = (np.arange(16 * wide) + 0.5) / 16 - wide / 2
+    inside = at[:, None] ** 2 + at**2 < (2 * c.k) ** 2
+    disc = inside.reshape(wide, 16, wide, 16).mean(axis=(1, 3))[..., None]
+    return np.asarray(ndimage.convolve(light, disc / disc.sum(), mode="nearest"))
+
+
 # Mean electrons of each photosite, before they are counted: (camera, mean, frame, exposure) -> mean
 
 
@@ -311,7 +319,7 @@ def named(*faults: Fault) -> dict[str, Fault]:
 
 OF_LIGHT = named(
     ambient_light, veiling_glare, lamp_flicker, lamp_drift, dust_shadow, large_scale_prnu,
-    lateral_chromatic_aberration, lens_distortion, vibration,
+    lateral_chromatic_aberration, lens_distortion, vibration, defocus_error,
 )  # fmt: skip
 OF_MEANS = named(crosstalk, hot_pixels, smear)
 OF_CHARGE = named(
