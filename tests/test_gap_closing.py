@@ -16,7 +16,7 @@ from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
 from analysis.gap.verdict.confirm import _far_nearer, _nearer, _rivals
-from analysis.gap.verdict.later import deserves, earned
+from analysis.gap.verdict.later import deserves, earned, instead_of_it
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
 
@@ -117,6 +117,16 @@ def test_which_later_effect_keeps_its_place(
     step.choice.best = absorbed
     now = seen(0.17, rows[0])
     assert earned(step, WITHOUT, now, first) is (kept and not score > 2000.0)
+
+
+@pytest.mark.parametrize(
+    ("absorbed", "left", "instead"), [(0.95, 4.0, True), (0.95, 5.0, False), (0.5, 4.0, False)]
+)
+def test_what_calibration_takes_up_and_closes_a_gap_alone_is_no_second_cause(
+    absorbed: float, left: float, instead: bool
+) -> None:
+    later = dataclasses.replace(candidate("nonlinearity", 3000.0), absorbed=absorbed)
+    assert instead_of_it(later, WITHOUT, seen(left, 0.0)) is instead
 
 
 @pytest.mark.parametrize(

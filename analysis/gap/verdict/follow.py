@@ -16,7 +16,7 @@ from analysis.gap.suspects.first_look import closer, shows, weaker
 from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
 from analysis.gap.verdict.confirm import Step, Watch, alone, likeliest_step
-from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, no_worse
+from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best, telling
 from sensor.effect import Effect
@@ -148,7 +148,9 @@ def _further(
         return None
     watch(f"confirming {step.choice.best.name} alone")
     by_itself = alone(setting, known, step)
-    return (by_itself,) if no_worse(by_itself.left, step.left) else (*steps, step)
+    if no_worse(by_itself.left, step.left):
+        return (by_itself,)
+    return None if instead_of_it(step.choice.best, base, by_itself.left) else (*steps, step)
 
 
 def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> bool:

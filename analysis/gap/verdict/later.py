@@ -31,6 +31,9 @@ than 9; after the first of two strong ones, in four more, the other one had 78 t
 LITTLE_IS_LEFT = 0.25
 """G that one effect may close which is much less than the first."""
 
+MOST_OF_A_SECOND = 0.5
+"""Part of the gap that a second cause does not close by itself if calibration takes it up."""
+
 CLOSES_LITTLE = 0.9
 """Part of the gap that a later effect must not leave."""
 
@@ -93,3 +96,15 @@ def no_worse(alone: Measured, both: Measured) -> bool:
     """
     more = alone.held.total - both.held.total
     return more * float(alone.rod.spread.expected.sum()) < LEAST_OF_A_LATER
+
+
+def instead_of_it(later: Candidate, base: Measured, alone: Measured) -> bool:
+    """Whether a later effect that calibration takes up closes most of the gap by itself: then it is
+    a rival of the first, and both together may be a third one.
+
+    Args:
+        later: the effect.
+        base, alone: the capture against the models without any effect, and with this one.
+    """
+    most = closed(base.held.total, alone.held.total) > MOST_OF_A_SECOND
+    return later.absorbed >= EQUIVALENT and most
