@@ -288,15 +288,21 @@ def test_a_patch_of_light_that_is_as_wide_as_the_picture_is_no_patch(
 def test_noise_of_rows_that_leaves_something_may_be_another_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Each has its own spectrum: what is left of one speaks for the next. Where nothing is left,
-    and of other effects, a name is believed."""
+    """Each has its own spectrum: what is left of one speaks for the next, if that has a part of its
+    score. Where nothing is left, and of other effects, a name is believed."""
     monkeypatch.setattr(trust, "against", lambda before, after: ())
 
-    def most(name: str, word: str) -> float:
-        choice = SimpleNamespace(best=candidate(name, 900.0))
-        found: Any = SimpleNamespace(choices=(choice,), measured=(None, None))
+    def most(name: str, word: str, rival: str = "row_noise", score: float = 300.0) -> float:
+        best = candidate(name, 900.0)
+        found: Any = SimpleNamespace(
+            choices=(SimpleNamespace(best=best),),
+            candidates=(best, candidate(rival, score)),
+            measured=(None, None),
+        )
         return trust.most_of_a_name(word, found)
 
     assert most("flicker_noise", "partly explained") == trust.MOST_AGAINST < trust.LIKELIER
+    assert most("flicker_noise", "partly explained", score=200.0) == trust.MOST_IN_PART
+    assert most("flicker_noise", "partly explained", "interference") == trust.MOST_IN_PART
     assert most("flicker_noise", "explained") == trust.MOST_CERTAIN
     assert most("interference", "partly explained") == trust.MOST_IN_PART
