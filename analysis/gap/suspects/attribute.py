@@ -11,10 +11,10 @@ import numpy as np
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
-from analysis.gap.suspects.first_look import IN_THE_PICTURE
+from analysis.gap.suspects.first_look import IN_THE_PICTURE, in_range
 from analysis.gap.suspects.likelihood import CLEAR, judged
 from analysis.gap.suspects.pursue import LONG, pursue
 from sensor.effect import Effect
@@ -129,9 +129,16 @@ def _as_told(case: Case, found: Evidence, told: Told, to_beat: float) -> Candida
     best = _by(told, anew(case, _as_it_is(case, found), found.effect, told, to_beat))
     if told.instead is None or best.misfit <= MISFIT:
         return best
-    first = dataclasses.replace(found.effect, **told.instead.hints)
+    first = as_hinted(found.effect, told.instead.hints)
     other = anew(case, best, first, told.instead, min(to_beat, best.misfit))
     return min(best, _by(told.instead, other), key=lambda one: one.misfit)
+
+
+def as_hinted(effect: Effect, hints: Hints) -> Effect:
+    """An effect with what is told of it, each figure inside its range: blocks of a codec jump as
+    traps would in more pixels than there are.
+    """
+    return dataclasses.replace(effect, **in_range(type(effect), hints))
 
 
 def _by(told: Told, found: Candidate) -> Candidate:
