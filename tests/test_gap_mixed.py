@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from analysis.gap.ready.mixed import LEAST_PART, matrix_of, mixed
+from analysis.gap.ready.hints import Told
+from analysis.gap.ready.mixed import LEAST_PART, _parts, _vivid, matrix_of, mixed
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.frames import Frames
 from tests.mosaic import MOSAIC, filled_in, lit
@@ -83,3 +84,14 @@ def test_a_matrix_too_small_to_be_told() -> None:
 
 def test_grey_frames_have_no_colours_to_mix() -> None:
     assert mixed([lit(picture(VIVID, 3)[..., 0], "mono8")], MOSAIC) is None
+
+
+@pytest.mark.parametrize("saturation", [2.0, 3.0])
+def test_parts_of_a_strong_saturation_stay_inside_their_ranges(saturation: float) -> None:
+    """From 1 + 1 / 0.587 on green's part would be below -1, which no camera file takes."""
+    mix = ColorMatrix(saturation=saturation).matrix
+    told = matrix_of(Told(hints=_parts(mix)))
+    most = np.abs(told - np.diag(np.diag(told))).max()
+    assert most == pytest.approx(min(1.0, 0.587 * (saturation - 1.0)))
+    assert _vivid(mix) == pytest.approx(saturation)
+    assert _vivid(ColorMatrix(saturation=3.0).matrix * 1.2 - 0.2 * np.eye(3)) == 3.0

@@ -136,12 +136,17 @@ def _vivid(mix: Floats) -> float | None:
     amount = float(one @ parts / (one @ one))
     left = parts - amount * one
     mostly = np.square(left).sum() < (1.0 - MOSTLY) * np.square(parts).sum()
-    return 1.0 + amount if mostly and np.abs(left).max() < BLURRED else None
+    if not mostly or np.abs(left).max() >= BLURRED:
+        return None
+    return next(p for p in ColorMatrix.parameters() if p.name == "saturation").clipped(1.0 + amount)
 
 
 def _parts(mix: Floats) -> dict[str, float | Colours]:
-    """A matrix as parameters of the effect; a part that is lost in noise is none."""
-    parts = np.where(np.abs(mix) < NOTHING, 0.0, mix)
+    """A matrix as parameters of the effect, inside their ranges; a part that is lost in noise is
+    none.
+    """
+    (most,) = {p.maximum for p in ColorMatrix.parameters() if p.name in NO_PARTS}
+    parts = np.where(np.abs(mix) < NOTHING, 0.0, np.clip(mix, -most, most))
     red, green, blue = parts
     return {
         "saturation": 1.0,
