@@ -68,7 +68,7 @@ def gap_page(runs: Sequence[dict[str, Any]]) -> str:
     runs = sorted(runs, key=lambda run: (run["date"], run["seed"]))
     usual = [run for run in runs if run["size"] == USUAL_SIZE]
     of_all = [run for run in usual if {row["kind"] for row in run["rows"]} != {"null"}]
-    newest = [*usual, *of_all][-1] if usual else None
+    newest = next(reversed(of_all or usual), None)
     others = (run for run in runs if run["size"] != USUAL_SIZE)
     more = [f"\n### Captures of {size(other)}\n\n{measured(other)}" for other in others]
     parts = FIGURES | {
