@@ -15,6 +15,7 @@ from analysis.gap.camera import light_ways
 from analysis.gap.diagnose import calibrated, diagnose
 from analysis.gap.look.arithmetic import OF_QUARTERS
 from analysis.gap.measure.measured import measured
+from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, look
 from sensor.camera_file import load
 from sensor.colours import Colours
@@ -290,6 +291,8 @@ def test_noise_of_the_clamp_is_part_of_the_base() -> None:
     known = calibrated(setting, None)
     assert measured(known, setting.seen).whole.p_value > 1e-3
     assert np.sqrt(known.base.clamp_e2) == pytest.approx(clamp, rel=4 / 8)
+    # all channels of a frame share it: where they are taken for so many witnesses it is lost
+    assert known.base.clamp_e2 == pytest.approx(by_moments(setting)[1].clamp_e2, rel=0.05)
     still = around(dataclasses.replace(known.base, clamp_e2=0.0), known.scenery)
     assert measured(still, setting.seen).whole.p_value < 1e-6
     wild = calibrated(of_another_program(LONG_DARK, whole=False, clamp=15.0), None).base

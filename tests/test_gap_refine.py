@@ -11,7 +11,7 @@ import pytest
 
 from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.nuisance import Directions, Knob
-from analysis.gap.calibrate.refine import Refined, better, tune, turn
+from analysis.gap.calibrate.refine import BY_MOMENTS, Refined, better, tune, turn
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.handles import Handle
 from analysis.gap.look.observation import Key
@@ -94,6 +94,14 @@ def test_a_dark_current_steps_with_the_gain_of_one_channel() -> None:
     now = turn(base, ways, np.array([0.3, -2e4]))
     promised = 0.05 * 1e5 * 1.3 - 0.05 * 2e4
     assert float(now.gain_dn_per_e[0]) * now.shown_e_per_s == pytest.approx(promised, rel=1e-9)
+
+
+def test_a_clamp_stays_where_moments_have_put_it() -> None:
+    ways = directions((Knob(name="clamp", channel=None, step=1.0),))
+    put = 0.5 * BASE.most_of_a_clamp_e2
+    base = dataclasses.replace(BASE, clamp_e2=put)
+    assert turn(base, ways, np.array([-0.2 * put])).clamp_e2 == pytest.approx(0.8 * put)
+    assert turn(base, ways, np.array([-0.2 * put]), still=BY_MOMENTS).clamp_e2 == put
 
 
 def directions(knobs: tuple[Knob, ...], tuned: tuple[Handle, ...] = ()) -> Directions:

@@ -71,6 +71,10 @@ reading them is worth five steps."""
 
 MOST_GAIN_STEP = 0.4
 
+BY_MOMENTS = ("clamp",)
+"""Knobs that stay where moments have put them until an effect is there that may have been taken for
+them. All channels of a frame share a clamp's noise: what few frames show by chance looks certain."""
+
 CHARGE_RATE = "e-/s"
 """The unit of what gathers in darks."""
 
@@ -179,7 +183,7 @@ def refine(
     def stepped(point: Refined, part: float = 1.0) -> Refined:
         amounts = part * calibration(point.space, ways).amounts(point.gap)
         moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
-        base = turn(point.base, ways, amounts)
+        base = turn(point.base, ways, amounts, still=() if effects else BY_MOMENTS)
         if not scenery.light.known:
             base = as_bright(base, point, seen, scenery)
         return refined(base, seen, scenery, tuple(moved_on))
@@ -285,10 +289,12 @@ def as_shown(point: Refined, scenery: Scenery) -> Scenery:
     return dataclasses.replace(scenery, light=shown)
 
 
-def turn(base: Base, ways: Directions, amounts: Floats) -> Base:
-    """A base with its knobs turned."""
+def turn(base: Base, ways: Directions, amounts: Floats, *, still: Sequence[str] = ()) -> Base:
+    """A base with its knobs turned, but for those that stay still."""
     raised = _raised(ways, amounts)
     for knob, amount in zip(ways.knobs, amounts, strict=False):
+        if knob.name in still:
+            continue
         by = float(amount)
         if knob.name == "gain" or knob.name.startswith("level"):
             by = _gain_step(by)
