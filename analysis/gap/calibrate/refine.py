@@ -72,8 +72,8 @@ reading them is worth five steps."""
 MOST_GAIN_STEP = 0.4
 
 BY_MOMENTS = ("clamp",)
-"""Knobs that stay where moments have put them, until an effect is there that may have been taken for
-one. All channels of a frame share a clamp's noise: what a few show by chance looks certain."""
+"""Knobs that stay where moments have put them, until an effect is there that may have been taken
+for one. All channels of a frame share a clamp's noise: what a few show by chance looks certain."""
 
 CHARGE_RATE = "e-/s"
 """The unit of what gathers in darks."""

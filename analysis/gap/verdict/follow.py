@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
-from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.ready.setting import Setting
-from analysis.gap.suspects.attribute import at_first_sight, attribute
-from analysis.gap.suspects.first_look import closer, shows, weaker
-from analysis.gap.suspects.told import hints_of, hints_of_frames, told_by
+from analysis.gap.suspects.attribute import at_first_sight
+from analysis.gap.suspects.first_look import closer
+from analysis.gap.suspects.told import hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
 from analysis.gap.verdict.confirm import Step, Watch, alone, likeliest_step
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
+from analysis.gap.verdict.suspected import Heard, Look, looked
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import SIGNIFICANCE, both, choose, p_of_best, telling
+from analysis.gap.verdict.verdict import SIGNIFICANCE, Choice, choose
 from sensor.effect import Effect
 
 MOST_EFFECTS = 3
@@ -39,11 +39,12 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         watch: told what is being done.
     """
     base = measured(known, setting.seen)
-    heard = _Heard(told=told_by(setting, known.base), hints=hints_of_frames(setting, known.base))
+    heard = Heard(told=told_by(setting, known.base), hints=hints_of_frames(setting, known.base))
+    search = _Search(setting=setting, known=known, base=base, kinds=kinds, heard=heard, watch=watch)
     steps: tuple[Step, ...] = ()
-    first = look = _looked(known, base, kinds, (), heard, watch)
+    first = look = search.beside(known, base)
     while True:
-        further = _further(setting, known, base, steps, look, watch)
+        further = _further(search, steps, look)
         if further is None:
             p_after = look.chance
             break
@@ -53,7 +54,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
             break
         before = steps[-2].left if len(steps) > 1 else base
         near = before.case.misfit < ASTRAY
-        look = _looked(last.model, last.left, kinds, look.shown if near else (), heard, watch)
+        look = search.beside(last.model, last.left, look.shown if near else ())
     return Trail(
         models=(known, *(step.model for step in steps)),
         measured=(base, *(step.left for step in steps)),
@@ -65,92 +66,87 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Heard:
-    """What the frames tell: of which suspects, and where the search for others begins."""
-
-    told: Mapping[str, Told]
-    hints: Mapping[str, Hints]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Look:
-    """The suspects of what a model leaves.
+class _Search:
+    """What stays the same from one effect to the next.
 
     Attributes:
-        shown: how they show, at this model or at one near it.
-        candidates: best first.
-        telling: those that may be evidence, best first.
-        chance: of what is left, as a whole and along the best of these.
+        setting: the capture.
+        known, base: the camera without any effect, and the capture against it.
+        kinds: the suspects.
+        heard: what the frames tell of them.
+        watch: told what is being done.
     """
 
-    shown: tuple[Signature, ...]
-    candidates: tuple[Candidate, ...]
-    telling: tuple[Candidate, ...]
-    chance: float
+    setting: Setting
+    known: Fit
+    base: Measured
+    kinds: Sequence[type[Effect]]
+    heard: Heard
+    watch: Watch
+
+    def beside(self, model: Fit, left: Measured, shown: Sequence[Signature] = ()) -> Look:
+        """The suspects of what a model leaves; `shown` as they did beside one near it."""
+        return looked(model, left, self.kinds, shown, self.heard, self.watch)
+
+    def step(
+        self, model: Fit, left: Measured, candidates: Sequence[Candidate], choice: Choice
+    ) -> Step | None:
+        """The step that the best of these suspects makes from a model, or one of its rivals."""
+        return likeliest_step(self.setting, model, left, candidates, choice, self.watch)
 
 
-def _looked(
-    model: Fit,
-    now: Measured,
-    kinds: Sequence[type[Effect]],
-    shown: Sequence[Signature],
-    heard: _Heard,
-    watch: Watch,
-) -> _Look:
-    """Every suspect that is not in the model, held against what it leaves; `shown` is how they
-    showed before, beside a model near this one.
+def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step, ...] | None:
+    """The steps with one more, or that one alone where it does as well, or that one and what is
+    likelier beside it; None where none may be named.
+
+    Args:
+        search: what stays the same.
+        steps: so far.
+        look: at the suspects of what they leave.
     """
-
-    def tell(name: str) -> None:
-        watch(f"suspect {name}")
-
-    left = [k for k in kinds if k not in {type(e) for e in model.effects}]
-    hints = hints_of(now.case)
-    # what an effect does hardly depends on what else the camera has, but hints do
-    again = [k for k in left if not shown or k.name in hints]
-    kept = [s for s in shown if type(s.effect) in set(left) - set(again)]
-    seen = [*kept, *shows(now.case, again, {**heard.hints, **hints}, heard.told, tell)]
-    seen = closer(now.case, [*seen, *weaker(now.case, seen, tell)], tell)
-    candidates = attribute(now.case, seen, tell, told=heard.told)
-    evidence = telling(candidates, now.whole.p_value)
-    by_best = p_of_best(evidence)
-    return _Look(
-        shown=tuple(seen),
-        candidates=tuple(candidates),
-        telling=tuple(evidence),
-        chance=both(now.whole.p_value, by_best),
-    )
-
-
-def _further(
-    setting: Setting,
-    known: Fit,
-    base: Measured,
-    steps: tuple[Step, ...],
-    look: _Look,
-    watch: Watch,
-) -> tuple[Step, ...] | None:
-    """The steps with one more, or that one alone where it does as well; None where none may be
-    named.
-    """
+    base = search.base
     choice = choose(look.telling) if look.chance < SIGNIFICANCE else None
     if choice is None:
         return None
     if not steps:
-        step = likeliest_step(setting, known, base, look.telling, choice, watch)
+        step = search.step(search.known, base, look.telling, choice)
         return None if step is None else (step,)
     first, now = steps[0].choice.best, steps[-1].left
     worthy = [one for one in look.telling if deserves(one, first, base, now)]
     if choice.best not in worthy:
         return None
-    step = likeliest_step(setting, steps[-1].model, now, worthy, choice, watch)
+    step = search.step(steps[-1].model, now, worthy, choice)
     if step is None or not earned(step, base, now, first):
         return None
-    watch(f"confirming {step.choice.best.name} alone")
-    by_itself = alone(setting, known, step)
+    search.watch(f"confirming {step.choice.best.name} alone")
+    by_itself = alone(search.setting, search.known, step)
     if no_worse(by_itself.left, step.left):
         return (by_itself,)
+    again = _chosen_again(search, steps[0], step, by_itself) if len(steps) == 1 else None
+    if again is not None:
+        return (by_itself, again)
     return None if instead_of_it(step.choice.best, base, by_itself.left) else (*steps, step)
+
+
+def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -> Step | None:
+    """What is likelier beside the second effect than the first one, if both leave no more.
+
+    The first was chosen for what two effects do; of what one of them leaves, another suspect may
+    explain more.
+
+    Args:
+        search: what stays the same.
+        first, second: by which the effects were added, one after the other.
+        by_itself: the second without the first.
+    """
+    look = search.beside(by_itself.model, by_itself.left)
+    choice = choose(look.telling) if look.chance < SIGNIFICANCE else None
+    if choice is None or choice.best.name == first.choice.best.name:
+        return None
+    step = search.step(by_itself.model, by_itself.left, look.telling, choice)
+    if step is None or step.choice.best.name == first.choice.best.name:
+        return None
+    return step if no_worse(step.left, second.left) else None
 
 
 def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> bool:

@@ -1,0 +1,70 @@
+"""The first of two effects is chosen again beside the second."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from analysis.gap.measure.case import Candidate
+from analysis.gap.verdict.follow import _chosen_again
+from analysis.gap.verdict.verdict import Choice
+from tests.candidates import candidate
+
+EXPECTED = 1000.0
+"""Chi-squared where nothing is off: G of 0.02 is 20 of it, and a later effect takes 25."""
+
+
+def step(best: Candidate, left: float) -> Any:
+    """By which an effect was added that leaves so much."""
+    spread = SimpleNamespace(expected=SimpleNamespace(sum=lambda: EXPECTED))
+    now = SimpleNamespace(held=SimpleNamespace(total=left), rod=SimpleNamespace(spread=spread))
+    return SimpleNamespace(
+        choice=SimpleNamespace(best=best), left=now, model=SimpleNamespace(effects=(best.effect,))
+    )
+
+
+def search(suspects: list[Candidate], chance: float, leaves: float) -> Any:
+    """Finds these beside the second effect, best first, and what is left with the best of them."""
+
+    def made(model: Any, left: Any, candidates: Any, choice: Choice) -> Any:
+        return step(choice.best, leaves)
+
+    look = SimpleNamespace(telling=suspects, chance=chance)
+    return SimpleNamespace(beside=lambda model, left: look, step=made)
+
+
+FIRST, OTHER = "crosstalk", "charge_transfer_inefficiency"
+
+
+@pytest.mark.parametrize(
+    ("what", "scores", "chance", "leaves", "taken"),
+    [
+        ("another explains more and leaves no more", (170.0, 220.0), 1e-6, -0.04, True),
+        ("it leaves a little more, by less than a later effect takes", (170.0, 220.0), 1e-6,
+         -0.02, True),
+        ("it leaves more", (170.0, 220.0), 1e-6, 0.01, False),
+        ("the first still explains most", (220.0, 170.0), 1e-6, -0.04, False),
+        ("chance leaves as much", (170.0, 220.0), 0.3, -0.04, False),
+    ],
+)  # fmt: skip
+def test_the_first_of_two_effects_is_chosen_again(
+    what: str, scores: tuple[float, float], chance: float, leaves: float, taken: bool
+) -> None:
+    """Crosstalk was nearest to what a nonlinearity and a charge transfer did together; beside the
+    nonlinearity the transfer is nearer."""
+    suspects = [candidate(FIRST, scores[0]), candidate(OTHER, scores[1])]
+    suspects.sort(key=lambda one: one.score, reverse=True)
+    first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
+    again = _chosen_again(
+        search(suspects, chance, leaves), step(first, 0.01), step(second, -0.025),
+        step(second, 0.008),
+    )  # fmt: skip
+    assert (again is not None and again.choice.best.name == OTHER) is taken, what
+
+
+def test_what_cannot_be_named_beside_the_second_changes_nothing() -> None:
+    nobody = search([], 1e-6, 0.0)
+    first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
+    assert _chosen_again(nobody, step(first, 0.01), step(second, 0.0), step(second, 0.0)) is None
