@@ -16,10 +16,12 @@ from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.soft import soft
 from analysis.gap.ready.traps import trapped
 from analysis.gap.ready.undone import unbent, unmixed
+from analysis.gap.ready.wandering import wandering
 from analysis.gap.ready.wave import wave
 from analysis.gap.suspects.lobe import lobe_of
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.blooming import Blooming
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.defocus_error import DefocusError
@@ -69,6 +71,8 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
         # somebody else's traps may jump by other laws
         fitted = Told(hints=chain.hints, exact=False)
         told[RandomTelegraphNoise.name] = dataclasses.replace(chain, instead=fitted)
+    if drift := wandering(setting):
+        told[BlackLevelDrift.name] = drift
     # a codec's losses make neighbours agree as well
     if Jpeg.name not in told and (smooth := filtered(setting)):
         told[SpatialDenoise.name] = smooth

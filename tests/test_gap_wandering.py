@@ -1,0 +1,83 @@
+"""The walk of a black level is told by the means of dark frames."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from analysis.gap.diagnose import diagnose
+from analysis.gap.ready.setting import look
+from analysis.gap.ready.wandering import walk, wandering, wanders
+from sensor.catalogue import catalogue
+from sensor.effects.black_level_drift import BlackLevelDrift
+from sensor.record import record
+from tests.short import PROTOCOL, camera, light
+
+FRAMES = 40
+
+
+def walks(
+    number: int, sigma_e: float, length: float, white_e: float, seed: int
+) -> list[np.ndarray]:
+    """Means of the frames of shots of a first-order process, with white noise on top."""
+    rng = np.random.default_rng(seed)
+    rho = np.exp(-1.0 / length)
+    there = sigma_e * rng.standard_normal(number)
+    means = []
+    for _ in range(FRAMES):
+        means.append(there + white_e * rng.standard_normal(number))
+        there = rho * there + np.sqrt(1 - rho**2) * sigma_e * rng.standard_normal(number)
+    return list(np.transpose(means))
+
+
+@pytest.mark.parametrize("length", [3.0, 8.0])
+def test_the_walk_is_that_of_an_ornstein_uhlenbeck_process(length: float) -> None:
+    """A shot of F frames is worth F / 2 L independent ones, and so the variance of N shots has the
+    relative error sqrt(4 L / N F), a standard deviation half of it, and the length twice of that:
+    at 4 standard errors for four figures."""
+    number = 400
+    sigma, found = walk(walks(number, 5.0, length, 2.0, seed=1))
+    error = np.sqrt(4 * length / (number * FRAMES))
+    assert sigma == pytest.approx(5.0, rel=4 * 0.5 * error)
+    assert found == pytest.approx(length, rel=4 * 2 * error)
+
+
+def test_white_noise_does_not_wander_and_a_walk_does() -> None:
+    """Steps of white noise have twice the variance of its deviations; those of a walk, 1 - rho of
+    that. At five standard errors none of 1,000 captures of three darks is called a walk; of walks
+    that forget in 8 frames, with as much white noise, nearly all are."""
+    still = walks(3000, 0.0, 8.0, 2.0, seed=2)
+    assert not any(wanders(still[k : k + 3]) for k in range(0, 3000, 3))
+    moving = walks(300, 4.0, 8.0, 2.0, seed=3)
+    told = sum(wanders(moving[k : k + 3]) for k in range(0, 300, 3))
+    assert told > 80
+
+
+def test_a_capture_whose_black_walks_begins_where_moments_put_it() -> None:
+    """Two darks of 64 frames, whose black forgets in 20: their shots have other black levels, which
+    a calibration without a walk puts into its light. With it, nothing is left."""
+    dark, dim, bright = (dataclasses.replace(shot, frames=64) for shot in PROTOCOL.shot)
+    other = dataclasses.replace(dark, label="long dark", exposure_s=0.04)
+    protocol = dataclasses.replace(PROTOCOL, shot=(dark, other, dim, bright))
+    walking = BlackLevelDrift(row_sigma_e=0.0, frame_sigma_e=12.0, frame_length=20.0)
+    for effects in ((walking,), ()):
+        made = camera().plus(*effects).with_body(5)
+        taken = record(made, protocol, {"lamp": light().rate_e_per_s}, seed=5)
+        setting = look(taken, {"lamp": light()})
+        assert setting is not None
+        told = wandering(setting)
+        assert (told is not None) is bool(effects)
+        if told is None or told.base is None:
+            continue
+        assert told.base.clamp_e2 == 0.0
+        # of 128 frames 3 are independent
+        assert told.hints["frame_sigma_e"] == pytest.approx(12.0, rel=0.8)
+        found = diagnose(taken, stated={"lamp": light()}, suspects=suspects()).report
+        assert [e.name for e in found.effects] == ["black_level_drift"]
+        assert found.gap.p_value_after > 0.01
+
+
+def suspects() -> list[type]:
+    return [catalogue()[n] for n in ("black_level_drift", "ambient_light", "nonlinearity")]
