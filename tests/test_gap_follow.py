@@ -15,6 +15,9 @@ from tests.candidates import candidate
 EXPECTED = 1000.0
 """Chi-squared where nothing is off: G of 0.02 is 20 of it, and a later effect takes 25."""
 
+GAP = 0.077
+"""Without any effect."""
+
 
 def step(best: Candidate, left: float) -> Any:
     """By which an effect was added that leaves so much."""
@@ -32,7 +35,8 @@ def search(suspects: list[Candidate], chance: float, leaves: float) -> Any:
         return step(choice.best, leaves)
 
     look = SimpleNamespace(telling=suspects, chance=chance)
-    return SimpleNamespace(beside=lambda model, left: look, step=made)
+    base = SimpleNamespace(held=SimpleNamespace(total=GAP))
+    return SimpleNamespace(base=base, beside=lambda model, left: look, step=made)
 
 
 FIRST, OTHER = "crosstalk", "charge_transfer_inefficiency"
@@ -62,6 +66,12 @@ def test_the_first_of_two_effects_is_chosen_again(
         step(second, 0.008),
     )  # fmt: skip
     assert (again is not None and again.choice.best.name == OTHER) is taken, what
+
+
+def test_a_second_effect_that_alone_makes_things_worse_is_not_asked() -> None:
+    nobody = search([candidate(OTHER, 220.0)], 1e-6, -0.04)
+    first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
+    assert _chosen_again(nobody, step(first, 0.01), step(second, 0.0), step(second, 0.1)) is None
 
 
 def test_what_cannot_be_named_beside_the_second_changes_nothing() -> None:

@@ -71,7 +71,7 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
             choice = dataclasses.replace(choice, best=moved)
             step = _nearer(step, _as_found(setting, model, choice))
     most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
-    if step.ends or found.model is not None or not most:
+    if step.ends or not most:
         return step
     return _nearer(step, _calibrated(setting, step, step.model.effects))
 

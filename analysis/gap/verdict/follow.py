@@ -139,6 +139,8 @@ def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -
         first, second: by which the effects were added, one after the other.
         by_itself: the second without the first.
     """
+    if by_itself.left.held.total > search.base.held.total:
+        return None  # whoever comes beside it has to do what the first one does
     look = search.beside(by_itself.model, by_itself.left)
     choice = choose(look.telling) if look.chance < SIGNIFICANCE else None
     if choice is None or choice.best.name == first.choice.best.name:
