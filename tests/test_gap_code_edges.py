@@ -95,6 +95,23 @@ def test_an_edge_that_lies_elsewhere_has_its_place_and_its_error(seed: int) -> N
         assert float(place @ own.pull) / power == pytest.approx(1.0, abs=5.0 / np.sqrt(power))
 
 
+@pytest.mark.parametrize("part", [1.0, 1 / 3])
+def test_edges_that_are_farther_off_than_they_should_be_are_told(part: float) -> None:
+    """Edges d that are there leave a chi-squared of one to any other scale; where a part s of them
+    is expected, P becomes s^2 P and x is s P: (1 / s - 1)^2 s^2 P = (1 - s)^2 P is left, whose root
+    has a standard error of 1."""
+    codes = signal(7)
+    moved = up(codes)
+    moved[(codes >= 60.5) & (codes < 60.6)] = 60
+    moved[(codes >= 90.4) & (codes < 90.5)] = 91
+    for own in edges_of(moved).values():
+        place = 0.1 * (own.codes == 61) - 0.1 * (own.codes == 91)
+        power = float(place @ own.information @ place)
+        assert power > 100.0
+        root = np.sqrt(own.off_scale(part * place))
+        assert root == pytest.approx((1 - part) * np.sqrt(power), abs=4.5)
+
+
 @pytest.mark.parametrize("part", [0.1, 0.3, 1.0])
 def test_edges_that_wander_slowly_are_as_far_off_as_they_are(part: float) -> None:
     """A gain of 0.9312 behind sixteenths moves edges in turns of five and a half codes. Means of

@@ -104,6 +104,18 @@ class CodeEdges:
         cost = np.einsum("ij,ij->i", of_32 @ self.information.astype(np.float32), of_32)
         return np.asarray(2.0 * moved @ self.pull - cost)
 
+    def off_scale(self, moved: Floats) -> float:
+        """By how much chi-squared were less still, if these edges were as far off in other units.
+
+        With P the power of edges d and x = d . pull, it is (x - P)^2 / P: a chi-squared of one
+        degree of freedom of edges that lie there, and large of those along which something else is.
+
+        Args:
+            moved: from half-way between codes, in codes, (edges,).
+        """
+        power = float(moved @ self.information @ moved)
+        return float(moved @ self.pull - power) ** 2 / power if power > 0 else 0.0
+
 
 def code_edges(shots: Sequence[Frames], lattices: Sequence[Lattice], channel: str) -> CodeEdges:
     """The edges of a channel's codes, from all shots.
