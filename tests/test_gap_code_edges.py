@@ -102,12 +102,12 @@ def test_edges_that_are_farther_off_than_they_should_be_are_told(part: float) ->
     has a standard error of 1."""
     codes = signal(7)
     moved = up(codes)
-    moved[(codes >= 60.5) & (codes < 60.6)] = 60
-    moved[(codes >= 90.4) & (codes < 90.5)] = 91
+    moved[(codes >= 60.5) & (codes < 60.8)] = 60
+    moved[(codes >= 90.2) & (codes < 90.5)] = 91
     for own in edges_of(moved).values():
-        place = 0.1 * (own.codes == 61) - 0.1 * (own.codes == 91)
+        place = 0.3 * (own.codes == 61) - 0.3 * (own.codes == 91)
         power = float(place @ own.information @ place)
-        assert power > 100.0
+        assert power > 300.0
         root = np.sqrt(own.off_scale(part * place))
         assert root == pytest.approx((1 - part) * np.sqrt(power), abs=4.5)
 
