@@ -83,6 +83,8 @@ def test_which_later_effect_is_tried(
     first = candidate("jpeg", 100_000.0)
     now = seen(left, rows, p_value)
     assert deserves(candidate("hot_pixels", score), first, WITHOUT, now) is tried
+    # what the first one cannot have left of what it did is no remainder of it
+    assert deserves(candidate("hot_pixels", score), first, WITHOUT, now, apart=51.0)
     absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
     assert deserves(absorbed, first, WITHOUT, now) is (score > 2000.0)
     assert deserves(absorbed, candidate("jpeg", 100.0), WITHOUT, now) is (score > 60.0)

@@ -19,20 +19,23 @@ GAP = 0.077
 """Without any effect."""
 
 
-def step(best: Candidate, left: float) -> Any:
-    """By which an effect was added that leaves so much."""
+def step(best: Candidate, left: float, ends: bool = False) -> Any:
+    """By which an effect was added that leaves so much, and `ends` if that is chance."""
     spread = SimpleNamespace(expected=SimpleNamespace(sum=lambda: EXPECTED))
     now = SimpleNamespace(held=SimpleNamespace(total=left), rod=SimpleNamespace(spread=spread))
     return SimpleNamespace(
-        choice=SimpleNamespace(best=best), left=now, model=SimpleNamespace(effects=(best.effect,))
+        choice=SimpleNamespace(best=best),
+        left=now,
+        model=SimpleNamespace(effects=(best.effect,)),
+        ends=ends,
     )
 
 
-def search(suspects: list[Candidate], chance: float, leaves: float) -> Any:
+def search(suspects: list[Candidate], chance: float, leaves: float, *, ends: bool = False) -> Any:
     """Finds these beside the second effect, best first, and what is left with the best of them."""
 
     def made(model: Any, left: Any, candidates: Any, choice: Choice) -> Any:
-        return step(choice.best, leaves)
+        return step(choice.best, leaves, ends)
 
     look = SimpleNamespace(telling=suspects, chance=chance)
     base = SimpleNamespace(held=SimpleNamespace(total=GAP))
@@ -66,6 +69,17 @@ def test_the_first_of_two_effects_is_chosen_again(
         step(second, 0.008),
     )  # fmt: skip
     assert (again is not None and again.choice.best.name == OTHER) is taken, what
+
+
+def test_what_leaves_chance_alone_is_taken_whatever_the_first_left() -> None:
+    """Of an effect that makes bodies differ G is lower and says less than what chance has of it."""
+    first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
+    found = search([candidate(OTHER, 220.0)], 1e-6, 0.045, ends=True)
+    for ends in (True, False):
+        again = _chosen_again(
+            found, step(first, 0.01), step(second, -0.05, ends), step(second, 0.008)
+        )
+        assert (again is not None) is not ends
 
 
 def test_a_second_effect_that_alone_makes_things_worse_is_not_asked() -> None:

@@ -16,6 +16,7 @@ from analysis.gap.suspects.told import hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
 from analysis.gap.verdict.confirm import Step, Watch, alone, likeliest_step
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
+from analysis.gap.verdict.remainder import apart
 from analysis.gap.verdict.suspected import Heard, Look, looked
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import SIGNIFICANCE, Choice, choose
@@ -112,7 +113,11 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
         step = search.step(search.known, base, look.telling, choice)
         return None if step is None else (step,)
     first, now = steps[0].choice.best, steps[-1].left
-    worthy = [one for one in look.telling if deserves(one, first, base, now)]
+    worthy = [
+        one
+        for one in look.telling
+        if deserves(one, first, base, now, apart(one.name, look.shown, base.case, now.case))
+    ]
     if choice.best not in worthy:
         return None
     step = search.step(steps[-1].model, now, worthy, choice)
@@ -129,7 +134,8 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
 
 
 def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -> Step | None:
-    """What is likelier beside the second effect than the first one, if both leave no more.
+    """What is likelier beside the second effect than the first one, if both leave no more, or no
+    more than chance where the first and the second do.
 
     The first was chosen for what two effects do; of what one of them leaves, another suspect may
     explain more.
@@ -148,7 +154,8 @@ def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -
     step = search.step(by_itself.model, by_itself.left, look.telling, choice)
     if step is None or step.choice.best.name == first.choice.best.name:
         return None
-    return step if no_worse(step.left, second.left) else None
+    likelier = step.ends and not second.ends
+    return step if likelier or no_worse(step.left, second.left) else None
 
 
 def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> bool:
@@ -169,5 +176,8 @@ def _another(step: Step, shown: Sequence[Signature], first: Candidate, base: Mea
     known = {type(effect) for effect in step.model.effects}
     left = [one for one in shown if type(one.effect) not in known]
     case = step.left.case
-    best = at_first_sight(case, closer(case, left, least=LEAST_OF_A_LATER))
-    return best is not None and deserves(best, first, base, step.left)
+    near = closer(case, left, least=LEAST_OF_A_LATER)
+    best = at_first_sight(case, near)
+    if best is None:
+        return False
+    return deserves(best, first, base, step.left, apart(best.name, near, base.case, case))

@@ -47,21 +47,25 @@ def stands_beside(later: Candidate, first: Candidate) -> bool:
     return later.score > max(LEAST_OF_A_LATER, PART_OF_THE_FIRST * first.score)
 
 
-def deserves(later: Candidate, first: Candidate, base: Measured, now: Measured) -> bool:
+def deserves(
+    later: Candidate, first: Candidate, base: Measured, now: Measured, apart: float = 0.0
+) -> bool:
     """Whether an effect is to be tried beside another one.
 
     One that is much less than the first is tried where little is left, or where the first one left
-    a family alone that is wrong beyond doubt: that is no remainder of it. What calibration takes up
-    for nine tenths is not, unless it is more than a remainder and beyond doubt.
+    a family alone that is wrong beyond doubt, or where it shows in what the first did not move: all
+    that is no remainder of it. What calibration takes up for nine tenths is not, unless it is more
+    than a remainder and beyond doubt.
 
     Args:
         later, first: the effects.
         base, now: the capture against the models without any effect, and with the first.
+        apart: score of the later one in what the first cannot have left; see `remainder`.
     """
     little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
     enough = later.score > LEAST_WHERE_LITTLE
     tried = enough and (little or untouched(base, now, worth=0.0))
-    large = stands_beside(later, first)
+    large = stands_beside(later, first) or apart > LEAST_WHERE_LITTLE
     if later.absorbed >= EQUIVALENT:
         return large and later.score > BEYOND_CALIBRATION
     return bool(tried or large)
