@@ -12,6 +12,8 @@ from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.measure.case import MISFIT
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
+from analysis.gap.verdict.later import LEAST_WHERE_LITTLE
+from analysis.gap.verdict.remainder import RIGHT_TO
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
     CLASS_SIZE,
@@ -41,6 +43,8 @@ FIGURES = {
     "LEAST_PART": f"{LEAST_PART:g}",
     "EDGE_FLOOR_PX": f"{EDGE_FLOOR_PX:g}",
     "BEYOND_CALIBRATION": f"{BEYOND_CALIBRATION:g}",
+    "LEAST_WHERE_LITTLE": f"{LEAST_WHERE_LITTLE:g}",
+    "RIGHT_TO": f"{100 * RIGHT_TO:g} %",
     "EQUIVALENT": f"{100 * EQUIVALENT:g} %",
     "SIGNIFICANCE": f"{SIGNIFICANCE:g}",
     "LEAST_SCORE": f"{LEAST_SCORE:g}",
