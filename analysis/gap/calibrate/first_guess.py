@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +33,14 @@ from sensor.camera import Camera
 
 Floats = NDArray[np.float64]
 
+NOWHERE_FULL: Mapping[str, Floats] = MappingProxyType({})
+
+UNCLIPPED = 0.97
+"""Part of the range below which a block is not clipped."""
+
+BELOW_FULL = 0.8
+"""Part of the level of full photosites below which a block has none of them."""
+
 USUAL_GAIN_DN_PER_E = 0.015
 """Of an 8-bit camera with 17 ke- full well; stands in where no light tells the gain."""
 
@@ -40,6 +50,8 @@ def first_guess(
     scenery: Scenery,
     nominal: Camera | None,
     dark: Darks,
+    *,
+    full: Mapping[str, Floats] = NOWHERE_FULL,
 ) -> Base:
     """A base by moments, of a camera that counts in fractions.
 
@@ -48,10 +60,12 @@ def first_guess(
         scenery: its light and shots.
         nominal: the camera that it is said to be; tells the gain where no light does.
         dark: what the darks show.
+        full: level in DN at which photosites are full, by label of a lit shot, (channels,); such a
+            shot tells nothing of noise, and of its light what is well below.
     """
     exposure = exposures_of(seen, scenery)
     mean = seen.means.mean(axis=(0, 3))
-    lit = [k for k, label in enumerate(seen.shots) if label in seen.lit]
+    lit = [k for k, label in enumerate(seen.shots) if label in seen.lit and label not in full]
     count = len(seen.channels)
     pattern = np.array(figure_of(seen, "pattern", "pattern variance"))
     noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
@@ -85,7 +99,7 @@ def first_guess(
         arithmetic=IN_FRACTIONS,
         white_balance=None,
         blur_px2=0.0,
-        level=levels(seen, scenery, dark, gain),
+        level=levels(seen, scenery, dark, gain, full),
     )
     clamp = clamp_e2(seen, seen.noise / gain**2)
     # more is something else, and is not to be taken up in part
@@ -160,22 +174,28 @@ def _charge(by_channel: Floats, least: float) -> float:
     return float(np.clip(by_channel.mean(), least, MOST_DARK_E_PER_S))
 
 
-def levels(seen: Observation, scenery: Scenery, dark: Darks, gain: Floats) -> dict[str, Floats]:
+def levels(
+    seen: Observation,
+    scenery: Scenery,
+    dark: Darks,
+    gain: Floats,
+    full: Mapping[str, Floats],
+) -> dict[str, Floats]:
     """Electrons per unit of light by lamp and channel, by least squares over the block means."""
     view = scenery.view
     light = {n: blocks_of(r, view, seen.channels) for n, r in scenery.light.rates.items()}
-    top = view.top_dn
     found: dict[str, Floats] = {}
     for lamp in scenery.light.lamps:
         above, below = np.zeros(len(seen.channels)), np.zeros(len(seen.channels))
         for k, shot in enumerate(scenery.shots):
             if shot.dark or lamp_of(shot) != lamp:
                 continue
+            ends_dn = BELOW_FULL * full.get(shot.label, np.full(len(seen.channels), np.inf))
             offset = dark.mean_dn(shot.exposure_s)
             for c in range(len(seen.channels)):
                 y = seen.means[:, k, c].mean(axis=0)
                 x = light[lamp][c] * exposure_of(shot)
-                good = y < 0.97 * top
+                good = y < min(UNCLIPPED * view.top_dn, ends_dn[c])
                 above[c] += float(x[good] @ (y[good] - offset[c]))
                 below[c] += float(x[good] @ x[good])
         per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)

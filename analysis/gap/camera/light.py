@@ -39,8 +39,18 @@ PICTURE_FRAMES = 32
 CLEAR_OF_THE_TOP = 0.9
 """Pixels that are brighter may be clipped, and are not compared."""
 
+LEAST_CLEAR = 0.1
+"""Part of the pixels that tell whether a picture shows a scene."""
+
+LEAST_SEEN_DN = 4.0
+"""Mean above black of a picture that does."""
+
+LEAST_CONTRAST = 0.02
+"""The same of its light: standard deviation over the mean."""
+
 LEAST_CORRELATION = 0.8
-"""Between the frames and their light, lowest of all lamps; a scene that shows less is another."""
+"""Between the frames of a lamp that show it best and its light; a scene that shows less is another.
+"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -173,10 +183,12 @@ def _sum(images: list[Rate]) -> Rate:
 
 
 def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> None:
+    """By the shot of each lamp that shows its scene best: full photosites hide it."""
+    best: dict[str, tuple[float, str]] = {}
     for f in capture.lit:
-        rate = light.rates[lamp_of(f.shot)]
-        shape = (f.height, f.width)
-        if rate.shape[:2] != shape:
+        lamp = lamp_of(f.shot)
+        rate = light.rates[lamp]
+        if rate.shape[:2] != (f.height, f.width):
             raise CaptureError(
                 f"the rate image of shot '{f.shot.label}' has"
                 f" {rate.shape[1]} x {rate.shape[0]} pixels",
@@ -185,18 +197,26 @@ def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> No
             )
         seen = ndimage.uniform_filter(_plane(f, black_dn)[..., 1], 4)[::4, ::4]
         expected = ndimage.uniform_filter(rate[..., 1], 4)[::4, ::4]
-        clear = seen < CLEAR_OF_THE_TOP * (f.top_dn - black_dn)
-        seen, expected = seen[clear], expected[clear]
-        if clear.mean() < 0.1 or seen.std() == 0 or expected.std() < 0.02 * expected.mean():
-            continue
-        found = float(np.corrcoef(seen.ravel(), expected.ravel())[0, 1])
-        if found < LEAST_CORRELATION and seen.mean() > 4:
+        likeness = _likeness(seen, expected, seen < CLEAR_OF_THE_TOP * (f.top_dn - black_dn))
+        if likeness is not None:
+            best[lamp] = max(best.get(lamp, (-1.0, "")), (likeness, f.shot.label))
+    for found, label in best.values():
+        if found < LEAST_CORRELATION:
             raise CaptureError(
-                f"the frames of shot '{f.shot.label}' do not show {light.source}"
+                f"the frames of shot '{label}' do not show {light.source}"
                 f" (correlation {found:.2f})",
                 f"expected at least {LEAST_CORRELATION}",
                 "correct 'scene' or 'rate' in the manifest, or leave them out",
             )
+
+
+def _likeness(seen: Rate, expected: Rate, clear: NDArray[np.bool_]) -> float | None:
+    """Correlation of a picture with its light where it is clear; None where that tells nothing."""
+    seen, expected = seen[clear], expected[clear]
+    tells = clear.mean() >= LEAST_CLEAR and seen.mean() > LEAST_SEEN_DN
+    if not tells or seen.std() == 0 or expected.std() < LEAST_CONTRAST * expected.mean():
+        return None
+    return float(np.corrcoef(seen, expected)[0, 1])
 
 
 def _from_frames(lit: list[Frames], black_dn: float) -> dict[str, Rate]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base
+from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.lattices import Lattice
 from sensor.colours import Colours
 from sensor.frame_times import interval_of
@@ -29,6 +30,7 @@ class Told:
         exact: whether they are told to the last digit: no fit is better.
         base: where the camera begins with it, if that is better known than what fits without.
         instead: the same told otherwise, for where these parameters leave something.
+        scenery: under which light; None under the light as it shows to the camera without it.
         errors: standard errors of those that the frames tell with more than the last digit.
     """
 
@@ -36,6 +38,7 @@ class Told:
     exact: bool = True
     base: Base | None = None
     instead: Told | None = None
+    scenery: Scenery | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
 
 

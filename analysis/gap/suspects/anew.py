@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from analysis.gap.calibrate.fit import FINAL_SEEDS
-from analysis.gap.calibrate.refine import MOST_STEPS, Refined, refine, refined
+from analysis.gap.calibrate.fit import FINAL_SEEDS, around
+from analysis.gap.calibrate.refine import MOST_STEPS, Refined, as_shown, refine, refined
 from analysis.gap.camera.base import Base
+from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import signature
 from analysis.gap.ready.hints import Told
@@ -73,7 +74,7 @@ def anew(
         effect, base = first, start or known.base
     if start:
         # the light was changed for the effect beside another camera
-        scenery = known.scenery
+        scenery = (told and told.scenery) or known.scenery
 
     def calibrated(begin: Base, with_it: Effect) -> Tried:
         fitted = refine(
@@ -106,7 +107,17 @@ def anew(
     if effect.stage is Stage.PROCESSING:
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
         best = mended(best, search)
+    if start and told and told.scenery:
+        return _under(told.scenery, *best)
     return best[0]
+
+
+def _under(scenery: Scenery, found: Candidate, fitted: Refined) -> Candidate:
+    """A suspect with the camera that was calibrated with it under another light than the model's:
+    by that camera's errors, as it is no change of the model.
+    """
+    model = around(fitted.base, as_shown(fitted, scenery), fitted.effects)
+    return dataclasses.replace(found, model=model, misfit=fitted.misfit, off=fitted.misfit - 1.0)
 
 
 def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless: float) -> Tried:

@@ -7,7 +7,7 @@ import dataclasses
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
 from analysis.gap.ready.filtered import filtered
-from analysis.gap.ready.full_well import full_well_e
+from analysis.gap.ready.full_well import brimful, full_well_e
 from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz
 from analysis.gap.ready.hot import hot
 from analysis.gap.ready.mixed import mixed
@@ -71,6 +71,8 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
         # somebody else's traps may jump by other laws
         fitted = Told(hints=chain.hints, exact=False)
         told[RandomTelegraphNoise.name] = dataclasses.replace(chain, instead=fitted)
+    if full := brimful(setting):
+        told[Blooming.name] = full
     if drift := wandering(setting):
         told[BlackLevelDrift.name] = drift
     # a codec's losses make neighbours agree as well
