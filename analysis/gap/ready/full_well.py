@@ -33,6 +33,9 @@ MIDDLE = (0.4, 0.8)
 FEWEST = 30
 """Samples of each kind."""
 
+USUALLY_DRAINED = 0.8
+"""Part of what is too much that a drain takes, where a search begins; then none."""
+
 QUIET = 0.6
 """Of their variance. By photons alone the brightest have from 1.2 to 2.5 times as much, and the
 mean of the variance of `FEWEST` samples in 8 frames has an error of a tenth."""
@@ -100,7 +103,12 @@ def brimful(setting: Setting) -> Told | None:
     charge_e = float(np.median((above_dn / base.gain_dn_per_e)[told]))
     base = _as_full(base, np.where(told, above_dn, np.nan), charge_e)
     # a light that was made to look like full photosites has none to be filled
-    begin = Told(hints={"full_well_e": charge_e}, exact=False, base=base, scenery=setting.scenery)
+    begin = Told(
+        hints={"full_well_e": charge_e, "drained": USUALLY_DRAINED},
+        exact=False,
+        base=base,
+        scenery=setting.scenery,
+    )
     all_stays = dataclasses.replace(begin, hints={**begin.hints, "drained": 0.0})
     return dataclasses.replace(begin, instead=all_stays)
 
