@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from sensor.colours import CHANNELS, Colours
 from sensor.errors import CameraError
 from sensor.signal import Quantity, Signal
@@ -213,6 +215,10 @@ class Effect(abc.ABC):
     def __post_init__(self) -> None:
         for known in self.parameters():
             value = getattr(self, known.name)
+            if isinstance(value, np.generic):
+                # a number of NumPy makes arrays of what it is added to
+                value = value.item()
+                object.__setattr__(self, known.name, value)
             if isinstance(value, Colours) and not known.per_colour:
                 raise CameraError(
                     f"{self.name}.{known.name} has a figure per colour",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import drjit as dr
 import numpy as np
@@ -15,6 +16,7 @@ from sensor.camera_file import load, preset_names
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.black_level_offset import BlackLevelOffset
+from sensor.effects.blooming import Blooming
 from sensor.effects.dark_shot import DarkShot
 from sensor.effects.demosaic import Demosaic
 from sensor.effects.fpn import Fpn
@@ -423,3 +425,10 @@ def test_another_figure_of_the_camera_compiles_nothing() -> None:
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
         kernels(1.0)
         assert [kernels(part) for part in (1.3, 0.7)] == [0, 0]
+
+
+@pytest.mark.parametrize("number", [np.float64(4000.0), np.float32(4000.0), np.int64(4000)])
+def test_a_number_of_numpy_is_a_number(number: Any) -> None:
+    held = Blooming(full_well_e=number)
+    assert type(held.full_well_e) in (int, float)
+    assert held == Blooming(full_well_e=4000.0)
