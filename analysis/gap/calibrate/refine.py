@@ -78,9 +78,6 @@ for one. All channels of a frame share a clamp's noise: what a few show by chanc
 CHARGE_RATE = "e-/s"
 """The unit of what gathers in darks."""
 
-FULL_WELL = "full_well_e"
-"""What a picture ends at: as of a rate, its product with the gain is told far better than it."""
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Refined:
@@ -313,8 +310,7 @@ def tune(effect: Effect, ways: Directions, amounts: Floats) -> Effect:
     moves = {h: by for h, by in steps if h.effect == effect.name}
     raised = _raised(ways, amounts)
     units = {p.name: p.unit for p in effect.parameters()}
-    products = {name for name, unit in units.items() if unit == CHARGE_RATE or name == FULL_WELL}
-    for h in [h for h in moves if raised and h.parameter in products]:
+    for h in [h for h in moves if raised and units[h.parameter] == CHARGE_RATE]:
         rate, gain = getattr(effect, h.parameter), float(np.mean(raised))
         if h.channel is not None:
             rate, gain = rate[CHANNELS[h.channel]], raised[h.channel]

@@ -104,6 +104,10 @@ class CodeEdges:
         cost = np.einsum("ij,ij->i", of_32 @ self.information.astype(np.float32), of_32)
         return np.asarray(2.0 * moved @ self.pull - cost)
 
+    def power(self, moved: Floats) -> float:
+        """Chi-squared of edges that lie elsewhere, if none of them was expected to."""
+        return float(moved @ self.information @ moved)
+
     def off_scale(self, moved: Floats) -> float:
         """By how much chi-squared were less still, if these edges were as far off in other units.
 
@@ -113,7 +117,7 @@ class CodeEdges:
         Args:
             moved: from half-way between codes, in codes, (edges,).
         """
-        power = float(moved @ self.information @ moved)
+        power = self.power(moved)
         return float(moved @ self.pull - power) ** 2 / power if power > 0 else 0.0
 
 

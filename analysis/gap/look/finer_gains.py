@@ -143,8 +143,8 @@ class Channel:
         """
         edges = comb(np.array([gain]), np.array([origin_dn]), self.steps, self.edges.codes)[0]
         by_chance = max(1.0, (self.edges.chi2 - fall) / max(self.edges.figures, 1))
-        power = float(edges @ self.edges.information @ edges)
-        return self.edges.off_scale(edges) < AS_FAR * by_chance + ABOUT_AS_FAR * power
+        allowed = AS_FAR * by_chance + ABOUT_AS_FAR * self.edges.power(edges)
+        return self.edges.off_scale(edges) < allowed
 
     def against(self, gains: Floats) -> Floats:
         """Chi-squared of gains by photon transfer."""

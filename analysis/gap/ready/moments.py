@@ -38,4 +38,9 @@ def gains_of(setting: Setting) -> dict[str, float]:
         setting: the capture.
     """
     _, base = by_moments(setting)
+    return by_channel(base)
+
+
+def by_channel(base: Base) -> dict[str, float]:
+    """Gains of a camera in DN/e-, by channel."""
     return dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))

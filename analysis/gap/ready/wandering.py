@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.moments import by_channel, by_moments
 from analysis.gap.ready.setting import Setting
 
 Floats = NDArray[np.float64]
@@ -48,7 +48,7 @@ def wandering(setting: Setting) -> Told | None:
     if not darks:
         return None
     _, base = by_moments(setting)
-    gain = dict(zip(base.channels, map(float, base.gain_dn_per_e), strict=True))
+    gain = by_channel(base)
     lattices = setting.scenery.view.lattices
     means = [
         np.mean([one.of(stack.dn).mean((1, 2)) / gain[one.channel] for one in lattices], axis=0)

@@ -107,7 +107,7 @@ def anew(
     if effect.stage is Stage.PROCESSING:
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
         best = mended(best, search)
-    if start and told and told.scenery:
+    if best is not as_found and start and told and told.scenery:
         return _under(told.scenery, *best)
     return best[0]
 
