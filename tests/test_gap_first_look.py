@@ -51,6 +51,7 @@ def shown(
         means=NOTHING,
         plain=(figures, NOTHING),
         sets=sets,
+        base=None,  # type: ignore[arg-type]
         scenery=None,  # type: ignore[arg-type]
     )
 

@@ -35,7 +35,7 @@ def shown(figures: np.ndarray) -> Signature:
     """A suspect that moves statistics so."""
     return Signature(
         effect=LensDistortion(k1=0.01), keys=KEYS, figures=figures, means=np.zeros(0),
-        plain=(figures, np.zeros(0)), sets=1, scenery=None,  # type: ignore[arg-type]
+        plain=(figures, np.zeros(0)), sets=1, base=None, scenery=None,  # type: ignore[arg-type]
     )  # fmt: skip
 
 

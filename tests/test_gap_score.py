@@ -30,7 +30,7 @@ def scores(of_body: bool, strength: float) -> np.ndarray:
     direction = np.full(COORDINATES, COORDINATES**-0.5)
     each = strength * direction if of_body else strength * direction / np.sqrt(2)
     shown: Any = SimpleNamespace(
-        effect=RowNoise(), figures=direction, means=np.empty(0), scenery=None
+        effect=RowNoise(), figures=direction, means=np.empty(0), base=None, scenery=None
     )
 
     def part(size: float) -> Any:
@@ -59,7 +59,7 @@ def scores(of_body: bool, strength: float) -> np.ndarray:
 
 
 def _scored(case: Case, shown: Signature, amount: float) -> float:
-    return candidate(case, shown, None, 0.0, amount).score  # type: ignore[arg-type]
+    return candidate(case, shown, 0.0, amount).score  # type: ignore[arg-type]
 
 
 def test_a_pattern_that_both_halves_share_is_counted_once() -> None:

@@ -79,7 +79,7 @@ def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
     def begun(effect: Effect) -> Candidate:
         shown = signature(effect, case.known)
         assert shown is not None
-        return candidate(case, shown, case.known.base, 0.0)
+        return candidate(case, shown, 0.0)
 
     found = elsewhere(case, begun(DustShadow()))
     assert found is not None

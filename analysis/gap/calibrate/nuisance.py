@@ -8,7 +8,6 @@ others have a prior, because nobody's scene is quite as it was measured.
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -223,8 +222,11 @@ def moved_twins(
         """Twins with effects, one of which may do what the light could do as well."""
         found = []
         for (seed, reference), seen in zip(references.items(), first, strict=True):
-            see = functools.partial(twin, base=base, effects=has, seed=seed)
-            found.append(relit(one, how, scenery, reference, seen, see)[1])
+
+            def see(base: Base, scenery: Scenery, seed: int = seed) -> Observation:
+                return twin(scenery, base, effects=has, seed=seed)
+
+            found.append(relit(one, how, base, scenery, reference, seen, see)[-1])
         return tuple(found)
 
     first = seen_with((base, has) for _, has in others.values())

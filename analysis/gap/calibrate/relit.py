@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import LIGHT_FLOOR
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.light_ways import FREE, LightWay, changed, level_ways, light_ways
+from analysis.gap.camera.light_ways import FREE, LightWay, changed, image_ways, level_ways
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
@@ -27,15 +27,15 @@ from sensor.signal import Quantity
 
 Floats = NDArray[np.float64]
 
-LEAST_DN = 0.3
-"""Change of the light, where it is largest, from which twins are lit anew: a third of a code."""
+LEAST_DN = 0.05
+"""Change of the light, where it is largest, from which twins are lit anew."""
 
 NOTHING_DN2 = 1e-9
 """Variance of a block that is black and without noise."""
 
-ROUNDS = 2
-"""Times that the light is read anew: what an effect takes off is a part of what it is given, and
-the error of a round is the square of the one before."""
+ROUNDS = 6
+"""Times at most that the light is read anew: what an effect takes off is a part of what it is
+given."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,28 +44,37 @@ class Lighting:
 
     Attributes:
         scenery: the light before.
-        ways: its changes, each with a prior.
-        means: what they do, (ways, shots * channels * blocks).
-        solve: from changes of block means to amounts, (ways, the same).
+        levels: lamps and channels whose level can change.
+        ways: other changes of its images, each with a prior.
+        means: what they do, levels first, (levels + ways, shots, channels, blocks).
+        solve: from changes of block means to amounts, (levels + ways, the rest).
     """
 
     scenery: Scenery
+    levels: tuple[tuple[str, int], ...]
     ways: tuple[LightWay, ...]
     means: Floats
     solve: Floats
 
-    def amounts(self, change: Floats) -> Floats:
-        """How much of each way is in a change of block means, (shots, channels, blocks)."""
-        return np.asarray(self.solve @ change.ravel())
+    def amounts(self, change: Floats) -> tuple[Floats, Floats]:
+        """How much of each level and of each way is in a change of block means."""
+        found = np.asarray(self.solve @ change.ravel())
+        return found[: len(self.levels)], found[len(self.levels) :]
 
-    def apart_dn(self, one: Floats, other: Floats) -> float:
-        """How far two changes of the light are apart at most, in DN, by their amounts."""
-        return float(np.abs((one - other) @ self.means).max(initial=0.0))
+    def shown(self, levels: Floats, ways: Floats) -> Floats:
+        """What so much of each does to block means, (shots, channels, blocks)."""
+        return np.tensordot(np.concatenate([levels, ways]), self.means, axes=1)
 
-    def without(self, amounts: Floats) -> Scenery:
+    def darker(self, base: Base, levels: Floats) -> Base:
+        """A camera with so much of each level taken off its lamps."""
+        for (lamp, channel), amount in zip(self.levels, levels, strict=True):
+            base = base.moved(f"level:{lamp}", channel, -float(amount))
+        return base
+
+    def without(self, ways: Floats) -> Scenery:
         """The scenery with so much of each way taken off its light."""
         light = self.scenery.light
-        shown = changed(light, light.falls, self.ways, -amounts)
+        shown = changed(light, light.falls, self.ways, -ways)
         return dataclasses.replace(self.scenery, light=shown)
 
 
@@ -79,44 +88,62 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
     """
     if not scenery.light.known or all(shot.dark for shot in scenery.shots):
         return None
-    ways = (*level_ways(base, scenery, reference), *light_ways(base, scenery, reference))
-    means = np.array([way.means.ravel() for way in ways])
+    levels = list(level_ways(base, scenery, reference))
+    images = tuple(image_ways(base, scenery, reference))
+    ways = (*(way for _, _, way in levels), *images)
+    means = np.array([way.means for way in ways])
     picture = reference.means.mean(axis=0)
     noise = reference.noise[..., None] / (reference.samples * reference.frames)
     variance = noise + np.square(LIGHT_FLOOR * picture) + NOTHING_DN2
     weights = 1.0 / np.sqrt(variance).ravel()
     priors = np.array([0.0 if way.prior == FREE else 1.0 / way.prior for way in ways])
-    columns = means * weights
+    columns = means.reshape(len(ways), -1) * weights
     square = columns @ columns.T + np.diag(np.square(priors))
     solve = np.linalg.pinv(square, hermitian=True) @ columns * weights
-    return Lighting(scenery=scenery, ways=ways, means=means, solve=solve)
+    return Lighting(
+        scenery=scenery,
+        levels=tuple((lamp, channel) for lamp, channel, _ in levels),
+        ways=images,
+        means=means,
+        solve=solve,
+    )
 
 
 def relit(
     effect: Effect,
     how: Lighting | None,
+    base: Base,
     scenery: Scenery,
     before: Observation,
     seen: Observation,
-    seen_under: Callable[[Scenery], Observation],
-) -> tuple[Scenery, Observation]:
+    seen_under: Callable[[Base, Scenery], Observation],
+) -> tuple[Base, Scenery, Observation]:
     """The light under which an effect leaves pictures as they were, as far as any light can.
+
+    Nothing is known of the level of a lamp, so that it is the camera's: mean images are held
+    against stated light that is as bright. They are held against the stated shading.
 
     Args:
         effect: one that acts behind the light leaves it as it is.
         how: what a change of the light can do.
-        scenery: the light before.
+        base, scenery: the camera and the light before.
         before: a twin without the effect.
         seen: the twin with it, of the same random numbers.
-        seen_under: the same under some other light.
+        seen_under: the same by some other camera under some other light.
+
+    Returns:
+        the camera with the levels of such light, the scenery, and the twin.
     """
     if how is None or effect.quantity() is not Quantity.RATE:
-        return scenery, seen
+        return base, scenery, seen
     given_back = np.zeros(len(how.ways))
+    as_stated = np.zeros(len(how.levels))
     for _ in range(ROUNDS):
-        amounts = how.amounts((seen.means - before.means).mean(axis=0))
-        if how.apart_dn(amounts, given_back) < LEAST_DN:
+        change = (seen.means - before.means).mean(axis=0)
+        levels, more = how.amounts(change - how.shown(as_stated, given_back))
+        if np.abs(how.shown(levels, more)).max(initial=0.0) < LEAST_DN:
             break
-        scenery, given_back = how.without(amounts), amounts
-        seen = seen_under(scenery)
-    return scenery, seen
+        given_back = given_back + more
+        base, scenery = how.darker(base, levels), how.without(given_back)
+        seen = seen_under(base, scenery)
+    return base, scenery, seen

@@ -49,8 +49,7 @@ class LightWay:
     Attributes:
         means: change of the block means, (shots, channels, blocks).
         prior: standard deviation of its amount.
-        add: so much of the same change to rate images, in place; of a single shot's level there is
-            none.
+        add: so much of the same change to rate images, in place; of a level there is none.
     """
 
     means: Floats
@@ -75,17 +74,20 @@ def changed(
     return dataclasses.replace(light, shown={k: np.maximum(v, 0.0) for k, v in shown.items()})
 
 
-def level_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
-    """Changes of the level of each lamp in each channel, of which nothing is known beforehand."""
+def level_ways(
+    base: Base, scenery: Scenery, reference: Observation
+) -> Iterator[tuple[str, int, LightWay]]:
+    """Changes of the level of each lamp in each channel, of which nothing is known beforehand.
+
+    Yields:
+        the lamp, the channel, and what a level that is higher by a part of it does.
+    """
     for lamp, dn in _units(base, scenery).items():
-        for c, channel in enumerate(base.channels):
+        for channel in range(len(base.channels)):
             one = np.zeros_like(dn)
-            one[c] = dn[c]
-            yield LightWay(
-                means=_everywhere({lamp: one}, scenery, reference),
-                prior=FREE,
-                add=functools.partial(_brighten, scenery, (lamp,), channel, None),
-            )
+            one[channel] = dn[channel]
+            means = _everywhere({lamp: one}, scenery, reference)
+            yield lamp, channel, LightWay(means=means, prior=FREE)
 
 
 def _units(base: Base, scenery: Scenery) -> dict[str, Floats]:
@@ -105,18 +107,27 @@ def _everywhere(by_lamp: Mapping[str, Floats], scenery: Scenery, reference: Obse
 
 def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
     """Changes of the light alone, each with its prior."""
-    shape = reference.means.shape[1:]
-    rates = scenery.light.rates
+    yield from shot_ways(base, scenery, reference)
+    if scenery.light.known:
+        yield from image_ways(base, scenery, reference)
+
+
+def shot_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
+    """Changes of the level of each shot against what the manifest states."""
     unit = _units(base, scenery)
-    lamps = tuple(unit)
     for k, shot in enumerate(scenery.shots):
         if shot.dark:
             continue
-        change = np.zeros(shape)
+        change = np.zeros(reference.means.shape[1:])
         change[k] = unit[lamp_of(shot)] * exposure_of(shot)
         yield LightWay(means=change, prior=LEVEL_PRIOR)
-    if not scenery.light.known:
-        return
+
+
+def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
+    """Changes of what a lamp that was stated shows: shading, place and reflectances."""
+    rates = scenery.light.rates
+    unit = _units(base, scenery)
+    lamps = tuple(unit)
 
     def everywhere(by_lamp: Mapping[str, Floats]) -> Floats:
         return _everywhere(by_lamp, scenery, reference)

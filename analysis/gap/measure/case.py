@@ -114,15 +114,12 @@ class Candidate:
         return self.effect.name
 
 
-def candidate(
-    case: Case, shown: Signature, base: Base, absorbed: float, amount: float = 1.0
-) -> Candidate:
+def candidate(case: Case, shown: Signature, absorbed: float, amount: float = 1.0) -> Candidate:
     """Score a suspect that was fitted on one half.
 
     Args:
         case: the capture.
         shown: signature of the fitted effect.
-        base: the camera with which it was fitted.
         absorbed: part of the signature that calibration takes up.
         amount: part of the signature that least squares found, where it was not followed further.
     """
@@ -137,7 +134,7 @@ def candidate(
     anew = _said_anew(whole, fitted, scored)
     return Candidate(
         effect=shown.effect,
-        base=base,
+        base=shown.base,
         score=said * anew / variance_along(case.scoring.spread, scored),
         forward=forward,
         absorbed=absorbed,

@@ -45,7 +45,8 @@ class Signature:
         figures, means: differences from the base that all sets of random numbers agree on.
         plain: the same with their noise, as a pair: drawn to zero by nothing.
         sets: of random numbers.
-        scenery: shots, under the light by which a camera with the effect takes the pictures.
+        base, scenery: the camera, and shots under the light by which it takes the pictures with the
+            effect.
     """
 
     effect: Effect
@@ -54,6 +55,7 @@ class Signature:
     means: Floats
     plain: tuple[Floats, Floats]
     sets: int
+    base: Base
     scenery: Scenery
 
     def on(self, keys: tuple[Key, ...]) -> Signature:
@@ -127,18 +129,19 @@ def begun_signature(
     base: Base | None = None,
 ) -> Callable[[], Signature | None]:
     """The same, its first twin begun to be looked at; see `foundation.cores.ahead`."""
-    effects = [*known.effects, effect]
-    under = functools.partial(begun_twin, base=base or known.base, effects=effects)
+    base = base or known.base
+    under = functools.partial(begun_twin, effects=[*known.effects, effect])
     try:
-        first = under(known.scenery, seed=seeds[0])
+        first = under(known.scenery, base, seed=seeds[0])
     except InputError:
         return lambda: None
-    return functools.partial(_shown, effect, known, seeds, under, first)
+    return functools.partial(_shown, effect, known, base, seeds, under, first)
 
 
 def _shown(
     effect: Effect,
     known: Fit,
+    base: Base,
     seeds: Sequence[int],
     under: Callable[..., Callable[[], Observation]],
     first: Callable[[], Observation],
@@ -148,20 +151,21 @@ def _shown(
     Args:
         effect: with its parameters.
         known: the model.
+        base: the camera before the effect.
         seeds: random numbers.
-        under: begins a twin with the effect under some light, of some `seed`.
-        first: the first of them under the light of the model.
+        under: begins a twin with the effect of some camera under some light, of some `seed`.
+        first: the first of them, of this camera under the light of the model.
     """
     before = [known.references[seed] for seed in seeds]
 
-    def first_under(light: Scenery) -> Observation:
-        return under(light, seed=seeds[0])()
+    def first_under(base: Base, light: Scenery) -> Observation:
+        return under(light, base, seed=seeds[0])()
 
     try:
-        scenery, seen_first = relit(
-            effect, known.lighting, known.scenery, before[0], first(), first_under
+        base, scenery, seen_first = relit(
+            effect, known.lighting, base, known.scenery, before[0], first(), first_under
         )
-        others = ahead(under(scenery, seed=seed) for seed in seeds[1:])
+        others = ahead(under(scenery, base, seed=seed) for seed in seeds[1:])
         seen = [seen_first, *others]
     except InputError:
         return None
@@ -178,6 +182,7 @@ def _shown(
         means=means,
         plain=plain,
         sets=len(after),
+        base=base,
         scenery=scenery,
     )
 

@@ -184,4 +184,4 @@ def _settled(case: Case, found: Candidate) -> Candidate:
 def _scored(case: Case, found: Candidate, base: Base, effect: Effect) -> Candidate | None:
     """A suspect with another strength and another camera; None where that cannot be simulated."""
     shown = signature(effect, case.known, base=base, seeds=FINAL_SEEDS)
-    return None if shown is None else candidate(case, shown, base, found.absorbed)
+    return None if shown is None else candidate(case, shown, found.absorbed)

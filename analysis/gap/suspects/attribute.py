@@ -281,4 +281,4 @@ def _as_it_is(case: Case, found: Evidence) -> Candidate:
     steps and would do too much is as it would be.
     """
     amount = 1.0 if too_much(found) else found.amount
-    return candidate(case, found.signature, case.known.base, found.absorbed, amount)
+    return candidate(case, found.signature, found.absorbed, amount)

@@ -60,7 +60,7 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         if shown is None:
             return None
         left = turned.left(case.fit_gap - vector(space, shown))
-        return _Try(effect=effect, base=base, shown=shown, chi2=float(left @ left))
+        return _Try(effect=effect, base=shown.base, shown=shown, chi2=float(left @ left))
 
     def attempt(effect: Effect, base: Base) -> _Try:
         tried = if_possible(effect, base)
@@ -102,7 +102,7 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         others = [if_possible(one, best.base) for one in chosen_otherwise(best.effect)]
         stronger = [strengthened(one) for one in others if one is not None]
         best = min([best, *stronger], key=lambda one: one.chi2)
-    return candidate(case, best.shown, best.base, found.absorbed)
+    return candidate(case, best.shown, found.absorbed)
 
 
 def chosen_otherwise(effect: Effect) -> list[Effect]:
