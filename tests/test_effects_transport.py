@@ -142,6 +142,20 @@ def test_chroma_is_taken_and_drawn_as_plain_arithmetic_has_it(
     assert np.abs(applied(effect, before) - np.clip(exact, 0, 255)).max() < 0.5 + 1e-4
 
 
+def test_colours_are_drawn_as_planes_of_whole_codes() -> None:
+    """Rounding moves V by v, evenly within a half, and red by x = 1.402 v before it is rounded
+    itself: by one code in |x| of all pixels, so that it differs from red of colours in fractions by
+    a variance of 1.402/4, and blue by 1.772/4. Where nothing is rounded they do not differ."""
+    before = noise_on(128.0, 12.0, 16, 32, 64, 3)
+    planes = [applied(ChromaSubsampling(mode=2, whole_codes=0, drawn=d), before) for d in (1, 2)]
+    off = planes[1] - planes[0]
+    for channel, weight in ((0, 1.402), (2, 1.772)):
+        expected = weight / 4
+        assert np.isin(off[..., channel], [-1.0, 0.0, 1.0]).all()
+        error = np.sqrt(expected * (1 - expected) / off[..., channel].size)
+        assert_agree(np.square(off[..., channel]).mean(), expected, error)
+
+
 def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:
     quality, row = 75, np.array([24, 40, 51, 61])
     steps = (row * (200 - 2 * quality) + 50) // 100  # table K.1, u = 4 to 7 of v = 0, as scaled

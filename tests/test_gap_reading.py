@@ -416,7 +416,8 @@ def sent(
 
 
 @pytest.mark.parametrize(("mode", "rows"), [(1, 1), (2, 1), (1, 2)])
-@pytest.mark.parametrize(("taken", "drawn"), [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)])
+@pytest.mark.parametrize(("taken", "drawn"), [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1),
+                                               (0, 2), (1, 2)])  # fmt: skip
 def test_how_many_pixels_share_a_colour_is_read(
     mode: int, rows: int, taken: int, drawn: int
 ) -> None:

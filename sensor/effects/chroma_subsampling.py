@@ -30,7 +30,8 @@ class ChromaSubsampling(Effect):
     a program gets pictures, or not yet, as in a camera whose converter has more bits. BT.601 has
     its colours at the first pixel of a group: they are taken there, by a triangle of weights
     (n - |k|)/n^2 or from that pixel alone. Who shows the picture repeats a colour over the group,
-    or draws straight lines from one to the next. Two rows may share their colours in the same way.
+    or draws straight lines from one to the next, in fractions or as planes of whole codes. Two rows
+    may share their colours in the same way.
     Colour differences of a row lie in as many dimensions as there are groups, but for rounding;
     repeated, they are equal in a group, and their noise variance is 1/n of what it was if the
     pixels were independent. A blur of the colours has no groups.
@@ -94,10 +95,10 @@ class ChromaSubsampling(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=1.0,
+        maximum=2.0,
         whole=True,
         starts=(0.0,),
-        doc="0 repeats a colour over its group, 1 draws straight lines from one to the next",
+        doc="0 repeats a colour over its group, 1 draws straight lines, 2 those in whole codes",
     )
 
     @property
@@ -144,6 +145,8 @@ class ChromaSubsampling(Effect):
             for across, weight in self._groups_of(column, group, width, number):
                 u, v = carried_at(down, across)
                 carried = [carried[0] + part * weight * u, carried[1] + part * weight * v]
+        if self.drawn == 2:
+            carried = [dr.round(plane) for plane in carried]
         colours = tuple((plane,) for plane in self._shown(pixel, carried, signal))
         return signal.replace(dataclasses.replace(planes, colours=colours))
 

@@ -7,7 +7,8 @@ was drawn from it. With W a column for each group,
 
 so that all they have outside the columns of W is rounding. Noise that went through no such cable
 has as much there as anywhere, and so has that of groups which begin one pixel later. The same of
-columns tells whether rows share colours.
+columns tells whether rows share colours. Colours that were drawn as planes of whole codes have been
+rounded once more, and there is two to four times as much outside.
 """
 
 from __future__ import annotations
@@ -32,8 +33,13 @@ LARGEST = 4.0
 """What differences have outside W, in variances of rounding: clipped codes, and codes that are
 rounded once more between two colours, add some to it."""
 
-CLEAR = 2.0
-"""By how much more groups that begin one pixel later leave."""
+CLEAR = 1.0
+"""By how much more groups that begin one pixel later leave, in variances of rounding."""
+
+ROUNDED_TWICE = 1.5
+"""The same from which colours were drawn in whole codes. With V of BT.601 1.402 times in red and
+-0.714 in green, U -0.344 and 1.772, their rounding adds 2.4 times; half of that where every other
+pixel shows a colour as it was carried."""
 
 AS_LITTLE = 1.5
 """Times the least that any way leaves, up to which the one with the fewest colours is taken."""
@@ -52,7 +58,8 @@ WAYS: tuple[Mapping[str, float], ...] = (
 def shared_colours(stacks: Sequence[NDArray[Any]]) -> Mapping[str, float] | None:
     """Which of `WAYS` these frames went, and how many rows share a colour; None where none.
 
-    Where colours are drawn in lines, `taken` is 0 if they stand in the middle of a group.
+    Where colours are drawn in lines, `taken` is 0 if they stand in the middle of a group, and
+    `drawn` is 2 if they were rounded once more.
 
     Args:
         stacks: frames of lit shots, (N, H, W, 3) codes.
@@ -65,6 +72,8 @@ def shared_colours(stacks: Sequence[NDArray[Any]]) -> Mapping[str, float] | None
         return None
     least = min(here for here, _ in clear)
     way = next(way for here, way in clear if here <= AS_LITTLE * least)
+    if way["drawn"] and least > ROUNDED_TWICE * 2 * ROUNDING_DN2:
+        way = {**way, "drawn": 2.0}
     of_columns = [_differences(one.swapaxes(1, 2)) for one in codes]
     down = _outside_of(of_columns, {**way, "mode": 1.0})
     return {**way, "rows": 1.0 if down is None else 2.0}
@@ -74,7 +83,8 @@ def _outside_of(lines: Sequence[Floats], way: Mapping[str, float]) -> float | No
     """What lines of colour differences have outside of a way; None if it is more than rounding."""
     outside = _outside(_lines(way))
     here, later = (_left(lines, outside, shift) for shift in (0, 1))
-    went = here < LARGEST * 2 * ROUNDING_DN2 and later > CLEAR * here
+    rounding = 2 * ROUNDING_DN2
+    went = here < LARGEST * rounding and later > here + CLEAR * rounding
     return here if went else None
 
 
