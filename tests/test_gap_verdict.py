@@ -192,6 +192,31 @@ def test_a_pattern_that_lies_elsewhere_is_never_certain() -> None:
     assert found.probability <= MOST_OF_A_CROWD
 
 
+@pytest.mark.parametrize(
+    ("rival", "score", "misfit", "beside"),
+    [
+        ("a drift that leaves 3 % less of chi-squared, as of seed 34", 272.0, 0.97, True),
+        ("one that leaves as much", 272.0, 1.0, False),
+        ("one of a third of the score", 100.0, 0.97, False),
+    ],
+)
+def test_who_fits_better_is_named_beside_who_has_more_score(
+    rival: str, score: float, misfit: float, beside: bool
+) -> None:
+    drift = dataclasses.replace(candidate("lamp_drift", score), misfit=misfit)
+    found = choose([candidate("lamp_flicker", 318.0), drift])
+    assert found is not None
+    assert (drift in found.alike) is beside, rival
+    assert (found.probability <= MOST_OF_A_CROWD) == beside
+    # what is never taken for it, and what is held to errors of its own, are no rivals of that kind
+    other = dataclasses.replace(candidate("smear", score), misfit=misfit)
+    own: Any = dataclasses.replace(drift, model=SimpleNamespace())
+    for one in (other, own):
+        alone = choose([candidate("lamp_flicker", 318.0), one])
+        assert alone is not None
+        assert alone.alike == ()
+
+
 def test_a_clear_suspect_is_nearly_certain() -> None:
     """And probabilities leave room for none of them."""
     scores = probabilities([candidate("row_noise", 200.0), candidate("flicker_noise", 60.0)])
