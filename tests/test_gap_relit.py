@@ -124,6 +124,24 @@ def test_what_happens_behind_the_light_changes_none() -> None:
         assert scenery is known().scenery
 
 
+def test_clipped_blocks_tell_nothing_of_a_change() -> None:
+    """Of light that is a tenth darker wherever a picture is not clipped, the level is a tenth, how
+    little the rest may seem to change."""
+    reference, scenery = known().bodies, known().scenery
+    _, first, *_ = range(len(reference.shots))
+    half = reference.means.shape[-1] // 2
+    means = reference.means.copy()
+    means[:, first, :, :half] = scenery.view.top_dn
+    clipped = dataclasses.replace(reference, means=means)
+    how = lighting(known().base, scenery, clipped)
+    assert how is not None
+    darker = -0.1 * how.means[: len(how.levels)].sum(axis=0)
+    darker[first, :, :half] = 0.0
+    levels, ways = how.amounts(darker)
+    assert levels == pytest.approx(-0.1, abs=1e-3)
+    assert np.abs(ways).max() < 1e-3
+
+
 def test_light_that_nobody_stated_stays_as_the_frames_show_it() -> None:
     unknown = dataclasses.replace(known().scenery.light, known=False)
     scenery = dataclasses.replace(known().scenery, light=unknown)

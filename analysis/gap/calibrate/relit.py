@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.space import LIGHT_FLOOR
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light_ways import FREE, LightWay, changed, image_ways, level_ways
-from analysis.gap.camera.twin import Scenery
+from analysis.gap.camera.twin import NOT_CLIPPED, Scenery
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
 from sensor.signal import Quantity
@@ -61,8 +61,10 @@ class Lighting:
         found = np.asarray(self.solve @ change.ravel())
         return found[: len(self.levels)], found[len(self.levels) :]
 
-    def shown(self, levels: Floats, ways: Floats) -> Floats:
+    def shown(self, ways: Floats, levels: Floats | None = None) -> Floats:
         """What so much of each does to block means, (shots, channels, blocks)."""
+        if levels is None:
+            levels = np.zeros(len(self.levels))
         return np.tensordot(np.concatenate([levels, ways]), self.means, axes=1)
 
     def darker(self, base: Base, levels: Floats) -> Base:
@@ -95,7 +97,9 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
     picture = reference.means.mean(axis=0)
     noise = reference.noise[..., None] / (reference.samples * reference.frames)
     variance = noise + np.square(LIGHT_FLOOR * picture) + NOTHING_DN2
-    weights = 1.0 / np.sqrt(variance).ravel()
+    # blocks that are clipped show nothing of a change
+    clear = picture < NOT_CLIPPED * scenery.view.top_dn
+    weights = np.where(clear, 1.0 / np.sqrt(variance), 0.0).ravel()
     priors = np.array([0.0 if way.prior == FREE else 1.0 / way.prior for way in ways])
     columns = means.reshape(len(ways), -1) * weights
     square = columns @ columns.T + np.diag(np.square(priors))
@@ -137,11 +141,10 @@ def relit(
     if how is None or effect.quantity() is not Quantity.RATE:
         return base, scenery, seen
     given_back = np.zeros(len(how.ways))
-    as_stated = np.zeros(len(how.levels))
     for _ in range(ROUNDS):
         change = (seen.means - before.means).mean(axis=0)
-        levels, more = how.amounts(change - how.shown(as_stated, given_back))
-        if np.abs(how.shown(levels, more)).max(initial=0.0) < LEAST_DN:
+        levels, more = how.amounts(change - how.shown(given_back))
+        if np.abs(how.shown(more, levels)).max() < LEAST_DN:
             break
         given_back = given_back + more
         base, scenery = how.darker(base, levels), how.without(given_back)
