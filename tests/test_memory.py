@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -42,24 +43,28 @@ print(1024 * int(status.split()[0]))
 """
 
 
-def peak_bytes(camera: Path, frames: int, folder: Path | None) -> int:
+def peak_bytes(camera: Path, frames: int, folder: Path | None, home: Path) -> int:
+    """Peak of a process that records so many frames, whose compiled kernels are kept at home."""
     words = [sys.executable, "-c", CHILD, str(camera), str(frames), str(folder or "")]
-    run = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
+    at_home = {**os.environ, "HOME": str(home)}
+    run = subprocess.run(words, cwd=ROOT, env=at_home, capture_output=True, text=True, check=True)
     return int(run.stdout)
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells peak memory there")
 def test_memory_does_not_grow_with_the_number_of_frames(small, tmp_path: Path) -> None:
+    # whoever compiles takes 18 MB more; kernels of a shared cache may be gone when they are needed
+    peak_bytes(small.camera, FEW, None, tmp_path)
     peaks = []
     for frames in (FEW, MANY):
         folder = tmp_path / str(frames)
         folder.mkdir()
-        peaks.append(peak_bytes(small.camera, frames, folder))
+        peaks.append(peak_bytes(small.camera, frames, folder, tmp_path))
         assert np.load(folder / "lit.npy", mmap_mode="r").shape == (frames, HEIGHT, WIDTH, 3)
     # a fifth of the frames' own size: what the allocators of two runs may differ by
     assert peaks[1] - peaks[0] < GROWTH_BYTES / 5
     # the same measurement does see frames that are kept
-    assert peak_bytes(small.camera, MANY, None) - peaks[0] > GROWTH_BYTES / 2
+    assert peak_bytes(small.camera, MANY, None, tmp_path) - peaks[0] > GROWTH_BYTES / 2
 
 
 def test_a_batch_has_as_many_pixels_whatever_the_shot(small) -> None:
