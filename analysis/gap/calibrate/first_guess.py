@@ -25,7 +25,7 @@ from analysis.gap.calibrate.darks import (
 from analysis.gap.camera.base import MOST_DARK_E_PER_S, Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of
-from analysis.gap.camera.twin import Scenery, exposure_of
+from analysis.gap.camera.twin import NOT_CLIPPED, Scenery, exposure_of
 from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.look.observation import Observation
 from analysis.gap.look.statistics.structure import FRAME_SPREAD
@@ -34,9 +34,6 @@ from sensor.camera import Camera
 Floats = NDArray[np.float64]
 
 NOWHERE_FULL: Mapping[str, Floats] = MappingProxyType({})
-
-UNCLIPPED = 0.97
-"""Part of the range below which a block is not clipped."""
 
 BELOW_FULL = 0.8
 """Part of the level of full photosites below which a block has none of them."""
@@ -195,7 +192,7 @@ def levels(
             for c in range(len(seen.channels)):
                 y = seen.means[:, k, c].mean(axis=0)
                 x = light[lamp][c] * exposure_of(shot)
-                good = y < min(UNCLIPPED * view.top_dn, ends_dn[c])
+                good = y < min(NOT_CLIPPED * view.top_dn, ends_dn[c])
                 above[c] += float(x[good] @ (y[good] - offset[c]))
                 below[c] += float(x[good] @ x[good])
         per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)

@@ -46,9 +46,13 @@ class _Try:
     """An effect and a base fitted together, and what they leave of the capture."""
 
     effect: Effect
-    base: Base
     shown: Signature
     chi2: float
+
+    @property
+    def base(self) -> Base:
+        """The camera, with the levels that the effect leaves to it."""
+        return self.shown.base
 
 
 def pursue(case: Case, found: Evidence) -> Candidate:
@@ -60,7 +64,7 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         if shown is None:
             return None
         left = turned.left(case.fit_gap - vector(space, shown))
-        return _Try(effect=effect, base=shown.base, shown=shown, chi2=float(left @ left))
+        return _Try(effect=effect, shown=shown, chi2=float(left @ left))
 
     def attempt(effect: Effect, base: Base) -> _Try:
         tried = if_possible(effect, base)

@@ -38,8 +38,7 @@ FITS_BETTER = 0.01
 """Part of the best score that a suspect which is easily confused with it has at least, and part of
 chi-squared by which less is left with it, so that the two are named together: a score is told by
 the scatter of twins along the suspect's own direction, and by what is left it is the other one. Of
-nine lamps and lenses of the bench (seed 34) that is so of one, a drift that was called a flicker.
-"""
+nine cases of the bench (seed 34) that is so of one, a drift that was called a flicker."""
 
 WEAK = 60.0, 150.0
 """Scores up to which a name is doubted most, and from which it is not: signatures are not quite
