@@ -156,6 +156,25 @@ def test_colours_are_drawn_as_planes_of_whole_codes() -> None:
         assert_agree(np.square(off[..., channel]).mean(), expected, error)
 
 
+@pytest.mark.parametrize("rows", [1, 2])
+def test_means_of_whole_codes_are_those_of_plain_arithmetic(rows: int) -> None:
+    """Y, U and V are rounded in each pixel, U and V from that Y, and their means again, halves up:
+    by reshaping; and not from Y as it was before it was rounded."""
+    before = np.round(noise_on(128.0, 12.0, 16, 32, 64, 3))
+    luma = np.round(before @ [0.299, 0.587, 0.114])
+
+    def red_of(y: Array) -> Array:
+        own = np.round((before[..., 0] - y) / 1.402)
+        mean = np.floor(own.reshape(16, 32 // rows, rows, 32, 2).mean(axis=(2, 4)) + 0.5)
+        return np.asarray(luma + 1.402 * mean.repeat(rows, axis=1).repeat(2, axis=2))
+
+    effect = ChromaSubsampling(mode=1, whole_codes=2, rows=rows)
+    red = applied(effect, before)[..., 0]
+    # one in a thousand of Y ends at a half, which floats send either way
+    apart = [np.abs(red - red_of(y)) > 0.5 + 1e-4 for y in (luma, before @ [0.299, 0.587, 0.114])]
+    assert apart[0].mean() < 0.01 < 0.1 < apart[1].mean()
+
+
 def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:
     quality, row = 75, np.array([24, 40, 51, 61])
     steps = (row * (200 - 2 * quality) + 50) // 100  # table K.1, u = 4 to 7 of v = 0, as scaled

@@ -65,7 +65,7 @@ def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
     told = every_choice(ChromaSubsampling(mode=1, drawn=1), {"mode": 1.0, "drawn": 1.0})
     assert {(c.mode, c.drawn) for c in told} == {(1.0, 1.0)}
     assert {(c.whole_codes, c.of_whole_codes, c.taken) for c in told} == {
-        (w, o, t) for w in (0.0, 1.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
+        (w, o, t) for w in (0.0, 1.0, 2.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
     }
     assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
 
@@ -169,6 +169,32 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
     anew.anew(case, found, jpeg, Told(hints={"quality": 90.0}, exact=exact))
     led = begun[1:] if exact else begun
     assert led[:3] == [(0.0, rule, 2.0) for rule in rules]
+
+
+@pytest.mark.parametrize(("next_best", "tried"), [(5.2, [2.0, 0.0]), (5.3, [2.0])])
+def test_choices_that_are_about_as_likely_before_calibration_are_calibrated_as_well(
+    next_best: float, tried: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Up to a twentieth more than the likeliest leaves, which goes first."""
+    leaves = {0.0: next_best, 1.0: 9.0, 2.0: 5.0}
+
+    def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
+        return SimpleNamespace(base=base, effects=effects, misfit=leaves[effects[-1].subsampling])
+
+    monkeypatch.setattr(ways, "refined", refined)
+    known = SimpleNamespace(effects=(), base=BASE)
+    jpeg = Jpeg(quality=90.0, subsampling=1.0)
+    every: Any = ways.Ways(
+        case=cast(Any, SimpleNamespace(known=known, fit_seen=None)),
+        scenery=cast(Any, None),
+        as_found=cast(Any, None),
+        base=BASE,
+        effect=jpeg,
+        told=Told(hints={"quality": 90.0}, exact=False),
+        tuned=True,
+    )
+    gone = [effect.subsampling for _, effect in every.of_what_is_hidden(every.as_found)]
+    assert gone == tried
 
 
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:

@@ -26,12 +26,13 @@ class ChromaSubsampling(Effect):
         R' = Y + 1.402 V,  B' = Y + 1.772 U,  G' = Y - (0.299 1.402 V + 0.114 1.772 U)/0.587
 
     All in whole codes of the full range, as video modes of IIDC carry them, or in fractions of
-    codes, as programs do that keep floats to the end. R, G and B are whole codes before, as where
-    a program gets pictures, or not yet, as in a camera whose converter has more bits. BT.601 has
-    its colours at the first pixel of a group: they are taken there, by a triangle of weights
-    (n - |k|)/n^2 or from that pixel alone. Who shows the picture repeats a colour over the group,
-    or draws straight lines from one to the next, in fractions or as planes of whole codes. Two rows
-    may share their colours in the same way.
+    codes, as programs do that keep floats to the end. Libraries that count in integers round Y, U
+    and V of each pixel, then their means, of which halves go up. R, G and B are whole codes before,
+    as where a program gets pictures, or not yet, as in a camera whose converter has more bits.
+    BT.601 has its colours at the first pixel of a group: they are taken there, by a triangle of
+    weights (n - |k|)/n^2 or from that pixel alone. Who shows the picture repeats a colour over the
+    group, or draws straight lines from one to the next, in fractions or as planes of whole codes.
+    Two rows may share their colours in the same way.
     Colour differences of a row lie in as many dimensions as there are groups, but for rounding;
     repeated, they are equal in a group, and their noise variance is 1/n of what it was if the
     pixels were independent. A blur of the colours has no groups.
@@ -58,10 +59,10 @@ class ChromaSubsampling(Effect):
         1.0,
         unit="1",
         minimum=0.0,
-        maximum=1.0,
+        maximum=2.0,
         whole=True,
         starts=(1.0,),
-        doc="1 carries Y, U and V as whole codes, 0 as fractions: a program that counts in floats",
+        doc="1 carries whole codes, 2 counts in integers from the pixel on, 0 carries fractions",
     )
     of_whole_codes: float = parameter(
         1.0,
@@ -116,13 +117,15 @@ class ChromaSubsampling(Effect):
             codes = []
             for first in range(0, len(pixels), group):
                 members = pixels[first : first + group]
-                mean = [sum(pixel[c] / group for pixel in members) for c in range(3)]
-                carried = self._differences(mean, signal)
+                own = [self._differences(pixel) for pixel in members]
+                mean = [sum(one) / group for one in zip(*own, strict=True)]
+                carried = self._carried(mean, signal)
                 codes += [self._shown(pixel, carried, signal) for pixel in members]
             colours = tuple(zip(*codes, strict=True))
             return signal.replace(dataclasses.replace(planes, colours=colours))
         pixel = [interleaved(list(parts)) for parts in planes.colours]
-        dr.eval(pixel)
+        differences = self._differences(pixel)
+        dr.eval(pixel, differences)
         _, height, width = signal.shape[:3]
         frame, row, column = signal.coordinates()
         start = frame * (height * width)
@@ -130,14 +133,14 @@ class ChromaSubsampling(Effect):
 
         def carried_at(down: Any, across: Any) -> list[Any]:
             """The colour of a group, by its number down and across."""
-            total = [plane * 0.0 for plane in pixel]
+            total = [plane * 0.0 for plane in differences]
             for (y, part), (x, weight) in product(self._from(rows), self._from(group)):
                 at = _inside(down * rows, y, height) * width + _inside(across * group, x, width)
                 total = [
                     so_far + part * weight * dr.gather(type(plane), plane, start + at)
-                    for so_far, plane in zip(total, pixel, strict=True)
+                    for so_far, plane in zip(total, differences, strict=True)
                 ]
-            return self._differences(total, signal)
+            return self._carried(total, signal)
 
         number = type(pixel[0])
         carried = [pixel[0] * 0.0, pixel[0] * 0.0]
@@ -146,7 +149,7 @@ class ChromaSubsampling(Effect):
                 u, v = carried_at(down, across)
                 carried = [carried[0] + part * weight * u, carried[1] + part * weight * v]
         if self.drawn == 2:
-            carried = [dr.round(plane) for plane in carried]
+            carried = [self._whole(plane) for plane in carried]
         colours = tuple((plane,) for plane in self._shown(pixel, carried, signal))
         return signal.replace(dataclasses.replace(planes, colours=colours))
 
@@ -172,17 +175,23 @@ class ChromaSubsampling(Effect):
         return [(one, 1.0 - part), (other, part)]
 
     def _code(self, value: Any) -> Any:
-        return dr.round(value) if self.whole_codes else value
+        return self._whole(value) if self.whole_codes else value
 
-    def _differences(self, colour: Sequence[Any], signal: Signal) -> list[Any]:
-        """U and V of a colour, as they are carried."""
-        red, green, blue = colour
-        grey = RED * red + GREEN * green + BLUE * blue
+    def _whole(self, value: Any) -> Any:
+        """The nearest whole code; in integers, a half goes up."""
+        return dr.floor(value + 0.5) if self.whole_codes == 2 else dr.round(value)
+
+    def _differences(self, pixel: Sequence[Any]) -> list[Any]:
+        """U and V of a pixel by itself, before their mean is taken."""
+        red, green, blue = pixel
+        each = dr.round if self.whole_codes == 2 else _as_it_is
+        grey = each(RED * red + GREEN * green + BLUE * blue)
+        return [each((blue - grey) / (2 * (1 - BLUE))), each((red - grey) / (2 * (1 - RED)))]
+
+    def _carried(self, mean: Sequence[Any], signal: Signal) -> list[Any]:
+        """U and V of a group, as the cable has them."""
         half = float(2 ** (signal.format.bits - 1))
-        return [
-            dr.clip(self._code((one - grey) / (2 * (1 - weight))), -half, half - 1)
-            for one, weight in ((blue, BLUE), (red, RED))
-        ]
+        return [dr.clip(self._code(one), -half, half - 1) for one in mean]
 
     def _shown(self, pixel: Sequence[Any], carried: Sequence[Any], signal: Signal) -> list[Any]:
         """Red, green and blue of a pixel after the cable, from its own and the U and V it shows."""
@@ -192,6 +201,10 @@ class ChromaSubsampling(Effect):
         planes = [y + to_red, y - (RED * to_red + BLUE * to_blue) / GREEN, y + to_blue]
         top = float(signal.format.top_dn)
         return [dr.clip(dr.round(plane), 0.0, top) for plane in planes]
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
 
 
 def _inside(first: Any, shift: int, size: int) -> Any:

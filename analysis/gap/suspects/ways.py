@@ -20,6 +20,10 @@ from sensor.effect import Effect, Stage
 
 Way = tuple[Base, Effect]
 
+AS_LIKELY = 1.05
+"""Times the misfit of a suspect's likeliest choice up to which another may be the right one. The
+camera is not calibrated with it yet: halves that go up move a black level that can be found."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ways:
@@ -63,34 +67,36 @@ class Ways:
         return channels_alike(self.base) if self._coloured else self.base
 
     @cached_property
-    def _unhidden(self) -> Refined | None:
-        """The likeliest choice of a suspect that hides the camera behind it, before that camera as
-        it may have been; None of other suspects, and where frames tell the camera.
+    def _unhidden(self) -> list[Refined]:
+        """The likeliest choices of a suspect that hides the camera behind it, before that camera as
+        it may have been; none of other suspects, and where frames tell the camera.
         """
         choose = self.tuned or self._coded
         hints = self.told.hints if self.told else None
         chosen = every_choice(self.effect, hints) if choose else [self.effect]
         hides = len(chosen) > 1 if self._coded else not self.tuned
         if (self.told and self.told.base) or not hides:
-            return None
-        tried = (self._against(uncoded(self._even), one) for one in chosen)
-        return min(tried, key=lambda one: one.misfit)
+            return []
+        tried = [self._against(uncoded(self._even), one) for one in chosen]
+        likeliest = min(one.misfit for one in tried)
+        near = [one for one in tried if one.misfit <= AS_LIKELY * likeliest]
+        return sorted(near, key=lambda one: one.misfit)
 
     @property
     def _likely(self) -> Effect:
-        return self._unhidden.effects[-1] if self._unhidden else self.effect
+        return self._unhidden[0].effects[-1] if self._unhidden else self.effect
 
     def of_what_is_hidden(self, best: Tried) -> Iterator[Way]:
         """With what the suspect hides given back: levels of darks, noise, edges."""
-        if self._unhidden is None:
-            return
-        if not self.tuned:
-            yield as_dark(self._against(self._even, self._likely), self.case.fit_seen), self._likely
-        yield self._unhidden.base, self._likely
+        for one in self._unhidden:
+            effect = one.effects[-1]
+            if not self.tuned:
+                yield as_dark(self._against(self._even, effect), self.case.fit_seen), effect
+            yield one.base, effect
 
     def behind_a_codec(self, best: Tried) -> Iterator[Way]:
         """From there with the other ways in which the camera may count, which a codec hides too."""
-        if self._coded and self._unhidden is not None and best is not self.as_found:
+        if self._coded and self._unhidden and best is not self.as_found:
             base, effect = best[1].base, best[1].effects[-1]
             for rule in self._rules(base.arithmetic)[1:]:
                 yield dataclasses.replace(base, arithmetic=rule), effect
