@@ -1,193 +1,190 @@
 """How many photosites jump between two levels, how far, and how long they stay on each.
 
-A pixel that jumps by many times its noise shows its level in every frame, and the frames of all of
-them are one Markov chain of two states. With p the share of frames on the upper level and a what is
-left of a level after one frame, it goes
+Traps that jump by less than their noise are seen in no frame, and those that jump far are seen in
+the frames of their pixels. Both make pixels loud, and what these show (`loud`) is held against
+simulated pixels with a trap, of the same noise, in as many frames, that were looked at by the same
+code: indirect inference. With f(traps) the mean of their figures, s those of the frames and C their
+covariance over pixels, the traps are those of the least
 
-    up to up  p + (1 - p) a        down to down  1 - p + p a
+    (s - f)' C^-1 (s - f)
 
-Only pixels that were seen on both levels count, so that the likelihood of a sequence is divided by
-the chance of that. Jumps are exponential and forget, as in `hot`: beyond a threshold t they have
-the same mean m again, and the share of photosites is
-
-    number / (photosites exp(-t / m) chance of both levels)
-
+and C and the slopes of f give their errors. Three figures more than there are parameters say
+whether it is traps at all: other noise does not stay as long as its size and its number demand.
 A fit by twins cannot do as well: a few dozen pixels of theirs jump, others and at other times.
+
+Source of the method: Gourieroux, Monfort and Renault, Indirect inference, J. Applied Econometrics
+8, 1993.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
+from scipy import optimize, special, stats
 
-from analysis.gap.look.lattices import Lattice
+from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
+from analysis.gap.ready.loud import Ground, Loud, figures_of, loud, summary
 from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
-from sensor.frame_times import interval_of
-from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
 
-FAR = 8.0
-"""Standard errors of one frame by which the two levels of a pixel differ at least."""
+LEAST_NUMBER = 24
+"""Loud pixels that tell traps, their number to a fifth."""
 
-NARROW = 2.0
-"""The same that the frames of one level scatter by at most."""
+LEAST_STAYS = 0.05
+"""What is left of a loud pixel after one frame, with two standard errors to spare: less is noise of
+another kind."""
 
-LEAST_NUMBER = 16
-"""Pixels of one shot that tell it, each figure to about a quarter."""
+CHANCE = 1e-3
+"""Of what is left of the figures, below which it was no traps."""
 
-LEAST_JUMPS = 16
-"""Jumps each way."""
+LEAST_TOLD = 0.5
+"""Standard error of a logarithm from which a figure is not told."""
 
-LEAST_STAY = 0.05
-"""What is left of a level after one frame: less is noise of another kind."""
+TRAPS = 12_000
+"""Simulated, of all grounds together: twenty times as many as are seen at most."""
 
-SOME = 8
-"""Every so many pixels tell the noise of the typical one."""
+STEP = 0.1
+"""In logarithms, by which slopes are read: a trap more or less is loud at every smaller one."""
 
-LEAST_NOISE_DN = 0.3
-"""Of a frame, from its rounding: less is not believed."""
+WIDE = 2.0
+"""Standard deviation of ln(t_up / t_down) before any frame was seen."""
+
+FIRST_STAYS_FRAMES = (2.0, 8.0)
+FIRST_RATIOS = (0.5, 2.0)
+FIRST_SIZE = 3.0
+"""Where searches begin: correlation times, t_up / t_down, and jumps in standard errors of noise."""
+
+LEAST_NOISE_DN2 = 0.003
+"""Of a frame before it is rounded."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Jumps:
-    """What the jumping pixels of one dark shot show.
+class Chances:
+    """The random numbers of simulated traps in one ground, the same for all parameters.
 
     Attributes:
-        beyond_e: by how much each jumps beyond the threshold, in electrons.
-        thresholds: of each lattice in electrons, and the number of its samples.
-        counts: frames from level (row) to level (column), 0 down and 1 up.
-        first: pixels that begin on each level.
-        frames: of the shot.
-        interval_s: from frame to frame.
+        size: of each jump, in mean jumps.
+        forgets, forgotten: of each frame, whether a trap forgets its level, and which one is next.
+        noise_dn: of each frame, about a level that lies anywhere between two codes.
     """
 
-    beyond_e: Floats
-    thresholds: tuple[tuple[float, int], ...]
-    counts: Floats
-    first: Floats
-    frames: int
-    interval_s: float
+    size: NDArray[np.float32]
+    forgets: NDArray[np.float32]
+    forgotten: NDArray[np.float32]
+    noise_dn: NDArray[np.float32]
 
 
 def trapped(setting: Setting) -> Told | None:
-    """Share of photosites with a trap, amplitude and dwell times; None where too few jump far.
+    """Share of photosites with a trap, amplitude and dwell times; None where too few pixels are
+    loud, or not in the way of traps.
 
     Args:
         setting: the capture.
     """
     darks = [s for s in setting.key_frames if s.shot.dark and s.count >= FEWEST_OF_A_DWELL]
-    if not darks:
-        return None
-    gain = gains_of(setting)
-    shots = [jumps(stack, setting.scenery.view.lattices, gain) for stack in darks]
-    return told_by_jumps(shots)
+    return told_by_loud(loud(darks, setting.scenery.view.lattices, gains_of(setting)))
 
 
-def told_by_jumps(shots: Sequence[Jumps]) -> Told | None:
-    """The same of what several dark shots of one body show.
+def told_by_loud(pixels: Loud) -> Told | None:
+    """The same of the loud pixels of a body.
 
     Args:
-        shots: of equal intervals.
+        pixels: of its darks, whose frames follow each other at one interval.
     """
-    number = np.array([len(shot.beyond_e) for shot in shots])
-    counts = np.sum([shot.counts for shot in shots], axis=0)
-    if number.max() < LEAST_NUMBER or min(counts[0, 1], counts[1, 0]) < LEAST_JUMPS:
+    if pixels.pixels < LEAST_NUMBER:
         return None
-    share_up, stays = _chain(shots)
-    if stays < LEAST_STAY:
+    seen, covariance = pixels.seen, pixels.covariance
+    if seen[2] - 2.0 * np.sqrt(covariance[2, 2]) < LEAST_STAYS:
         return None
-    tau_s = -shots[0].interval_s / np.log(stays)
-    dwell_up_s, dwell_down_s = tau_s / (1.0 - share_up), tau_s / share_up
-    amplitude_e = float(np.concatenate([shot.beyond_e for shot in shots]).mean())
-    expected = sum(
-        samples * np.exp(-threshold / amplitude_e) * _both(shot.frames, share_up, stays)
-        for shot in shots
-        for threshold, samples in shot.thresholds
-    )
+    weight = np.linalg.cholesky(np.linalg.inv(covariance)).T
+    drawn = [_chances(ground, len(pixels.grounds), k) for k, ground in enumerate(pixels.grounds)]
+
+    def off(at: Floats) -> Floats:
+        expected = _figures(at, pixels, drawn)
+        return np.append(weight @ (expected - seen), at[2] / WIDE)
+
+    def slopes(at: Floats) -> Floats:
+        steps = STEP * np.eye(len(at))
+        return np.transpose([(off(at + s) - off(at - s)) / (2.0 * STEP) for s in steps])
+
+    fits = [optimize.least_squares(off, at, slopes, max_nfev=25) for at in _beginnings(pixels)]
+    best = min(fits, key=lambda one: one.cost)
+    left, freedom = 2.0 * best.cost, len(seen) + 1 - len(best.x)
+    if stats.chi2.sf(left, freedom) < CHANCE:
+        return None
+    wider = max(left / freedom, 1.0)
+    of_logarithms = wider * np.linalg.inv(best.jac.T @ best.jac)
+    return _told(best.x, of_logarithms)
+
+
+def _told(at: Floats, covariance: Floats) -> Told | None:
+    """Parameters and their errors, from logarithms and theirs."""
+    fraction, amplitude_e, ratio, tau_s = map(float, np.exp(at))
+    share_up = ratio / (1.0 + ratio)
     hints = {
-        "fraction": float(number.sum() / expected),
+        "fraction": fraction,
         "amplitude_e": amplitude_e,
-        "dwell_up_s": float(dwell_up_s),
-        "dwell_down_s": float(dwell_down_s),
+        "dwell_up_s": tau_s * (1.0 + ratio),
+        "dwell_down_s": tau_s * (1.0 + ratio) / ratio,
     }
-    # the same pixels jump in every shot, and each of their jumps is one more
-    of = {
-        "fraction": number.max(),
-        "amplitude_e": number.max(),
-        "dwell_up_s": counts[1, 0],
-        "dwell_down_s": counts[0, 1],
+    # d ln(t_up) = d ln(tau) + share_up d ln(ratio), of t_down less one d ln(ratio)
+    ways = np.array(
+        [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, share_up, 1], [0, 0, share_up - 1.0, 1]], dtype=float
+    )
+    relative = np.sqrt(np.diag(ways @ covariance @ ways.T))
+    if relative.max() > LEAST_TOLD:
+        return None
+    errors = {
+        name: value * float(r) for (name, value), r in zip(hints.items(), relative, strict=True)
     }
-    errors = {name: value / float(np.sqrt(of[name])) for name, value in hints.items()}
     return Told(hints=hints, errors=errors)
 
 
-def jumps(stack: Frames, lattices: Sequence[Lattice], gain_dn_per_e: dict[str, float]) -> Jumps:
-    """The pixels of a dark shot that have two levels, far apart, and nothing between.
+def _beginnings(pixels: Loud) -> list[Floats]:
+    """Logarithms of share, jump in electrons, t_up / t_down, and correlation time in s."""
+    ground = pixels.grounds[0]
+    share = 3.0 * pixels.pixels * len(pixels.grounds) / pixels.samples
+    jump_e = FIRST_SIZE * np.sqrt(ground.variance_dn2) / ground.gain_dn_per_e
+    return [
+        np.log([min(share, 0.3), jump_e, ratio, frames * ground.interval_s])
+        for ratio in FIRST_RATIOS
+        for frames in FIRST_STAYS_FRAMES
+    ]
 
-    Args:
-        stack: its frames.
-        lattices: where its measured samples are.
-        gain_dn_per_e: by channel.
-    """
-    beyond, thresholds = [], []
-    counts, first = np.zeros((2, 2)), np.zeros(2)
-    for lattice in lattices:
-        dn = lattice.of(stack.dn)
-        dn = dn.reshape(len(dn), -1)
-        typical = dn[:, ::SOME].astype(np.float32).var(axis=0, ddof=1)
-        noise = max(float(np.sqrt(np.median(typical))), LEAST_NOISE_DN)
-        top, bottom = dn.max(axis=0).astype(np.float32), dn.min(axis=0).astype(np.float32)
-        wide = top - bottom > FAR * noise
-        values = dn[:, wide].astype(np.float32)
-        up = values > (top + bottom)[wide] / 2
-        high = np.where(up, values, 0.0).sum(axis=0) / up.sum(axis=0)
-        low = np.where(up, 0.0, values).sum(axis=0) / (~up).sum(axis=0)
-        scatter = np.sqrt(np.square(values - np.where(up, high, low)).mean(axis=0))
-        far = (high - low > FAR * noise) & (scatter < NARROW * noise)
-        gain = gain_dn_per_e[lattice.channel]
-        beyond.append(((high - low)[far] - FAR * noise) / gain)
-        thresholds.append((FAR * noise / gain, dn.shape[1]))
-        states = up[:, far].astype(int)
-        np.add.at(counts, (states[:-1].ravel(), states[1:].ravel()), 1.0)
-        np.add.at(first, states[0], 1.0)
-    return Jumps(
-        beyond_e=np.concatenate(beyond).astype(np.float64),
-        thresholds=tuple(thresholds),
-        counts=counts,
-        first=first,
-        frames=stack.count,
-        interval_s=interval_of(stack.shot),
+
+def _chances(ground: Ground, grounds: int, seed: int) -> Chances:
+    """Traps for one ground, of all sizes in the shares that an exponential has."""
+    rng = np.random.default_rng(seed)
+    traps = TRAPS // grounds
+    shape = (ground.frames, traps)
+    sigma_dn = np.sqrt(max(ground.variance_dn2 - ROUNDING_DN2, LEAST_NOISE_DN2))
+    noise = sigma_dn * rng.standard_normal(shape) + rng.uniform(size=traps)
+    return Chances(
+        size=rng.permutation(-np.log1p(-(np.arange(traps) + 0.5) / traps)).astype(np.float32),
+        forgets=rng.random(shape, dtype=np.float32),
+        forgotten=rng.random(shape, dtype=np.float32),
+        noise_dn=noise.astype(np.float32),
     )
 
 
-def _chain(shots: Sequence[Jumps]) -> tuple[float, float]:
-    """Share of the upper level, and what is left of a level after a frame, by likelihood."""
-
-    def surprise(at: Floats) -> float:
-        share_up, stays = 1.0 / (1.0 + np.exp(-at))
-        there = np.array([1.0 - share_up, share_up])
-        moves = stays * np.eye(2) + (1.0 - stays) * there
-        total = 0.0
-        for shot in shots:
-            total -= float((shot.counts * np.log(moves)).sum() + shot.first @ np.log(there))
-            both = _both(shot.frames, share_up, stays)
-            total += len(shot.beyond_e) * float(np.log(both))
-        return total
-
-    found = optimize.minimize(surprise, np.zeros(2), method="Nelder-Mead")
-    share_up, stays = 1.0 / (1.0 + np.exp(-found.x))
-    return float(share_up), float(stays)
-
-
-def _both(frames: int, share_up: float, stays: float) -> float:
-    """Chance that a pixel is seen on both levels."""
-    up = share_up * (share_up + (1.0 - share_up) * stays) ** (frames - 1)
-    down = (1.0 - share_up) * (1.0 - share_up + share_up * stays) ** (frames - 1)
-    return float(1.0 - up - down)
+def _figures(at: Floats, pixels: Loud, drawn: list[Chances]) -> Floats:
+    """Figures of the loud ones among pixels with traps; see `summary`."""
+    fraction, amplitude_e, _, tau_s = np.exp(at)
+    share_up = special.expit(at[2])
+    total = np.zeros(len(pixels.seen))
+    for ground, chances in zip(pixels.grounds, drawn, strict=True):
+        stays = np.exp(-ground.interval_s / tau_s)
+        up = chances.forgotten < share_up
+        for frame in range(1, ground.frames):
+            kept = chances.forgets[frame] < stays
+            up[frame] = np.where(kept, up[frame - 1], up[frame])
+        jumps_dn = np.float32(amplitude_e * ground.gain_dn_per_e) * chances.size
+        dn = np.rint(chances.noise_dn + jumps_dn * up)
+        figures = figures_of(dn, ground)[1].sum(axis=1)
+        total += fraction * ground.samples / len(chances.size) * figures
+    return summary(total, pixels.samples)
