@@ -1,85 +1,97 @@
 """Pixels that are louder in time than noise makes any: how many, how loud, and in what way.
 
-A pixel counts from a threshold that one of a hundred thousand passes by chance. Its figures are
+Traps stay where they are, so that a pixel counts by the frames of all dark shots. Its figures are
 
     ln(variance / variance of the typical pixel)       how loud
     mean of x(t) x(t + k) / variance                   how much of it stays after k frames
     mean of x(t)^3 / variance^1.5                      whether it is more often down than up
 
-of its own frames x about their own mean. That mean, the threshold and the rounding to codes bend
-all of them; whoever holds simulated pixels against them has to look at those by this code.
+of its own frames x about their mean in each shot, in units of the typical pixel of that shot.
+Means, threshold and rounding to codes bend all of them; whoever holds simulated pixels against them
+has to look at those by this code.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice
 from sensor.frame_times import interval_of
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
+Stack = NDArray[np.float32]
 
 MOST_FRAMES = 64
 """Of a shot."""
 
-LOUD = 6.0
+LOUD = 5.0
 """Standard errors of a variance in time by which it exceeds the typical one, if noise is normal."""
 
 LAGS = (1, 2, 4, 8)
 """Frames after which a pixel is held against itself."""
 
+FIGURES = 3 + len(LAGS)
+
+BETWEEN_CODES_DN2 = 0.25
+"""Variance of a pixel that shows either of two codes in turn: less is the rounding of a level."""
+
 RESAMPLED = 400
 """Times that pixels are drawn anew for the covariance of their figures."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Ground:
-    """The samples of one lattice in one shot.
+    """The samples of one lattice, in all shots.
 
     Attributes:
-        frames, samples: how many.
-        variance_dn2: in time, of the typical sample.
+        samples: how many.
         gain_dn_per_e: of its channel.
-        interval_s: from frame to frame.
+        intervals_s: from frame to frame, of each shot.
+        variances_dn2: in time, of the typical sample of each shot.
+        levels_dn: mean of each sample over the frames of each shot, (shots, samples).
+        frames: of each shot.
     """
 
-    frames: int
     samples: int
-    variance_dn2: float
     gain_dn_per_e: float
-    interval_s: float
+    intervals_s: tuple[float, ...]
+    variances_dn2: tuple[float, ...]
+    levels_dn: Floats
+    frames: tuple[int, ...]
 
     @property
-    def threshold_dn2(self) -> float:
-        """Variance in time from which a sample is loud."""
-        return self.variance_dn2 * (1.0 + LOUD * float(np.sqrt(2.0 / (self.frames - 1))))
+    def threshold(self) -> float:
+        """Variance in time, in that of the typical sample, from which a sample is loud."""
+        freedom = sum(self.frames) - len(self.frames)
+        return 1.0 + LOUD * float(np.sqrt(2.0 / freedom))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Loud:
-    """What the loud pixels of several shots of one body show.
+    """The loud pixels of a body in the dark.
 
     Attributes:
-        grounds: of every shot and lattice.
-        samples: of all of them.
-        by_pixel: figures of pixels that are loud once at least, (figures, pixels), summed over the
-            shots in which they are: the first one is the number of these shots.
+        grounds: of every lattice.
+        by_pixel: figures of each loud pixel, (FIGURES, pixels); the first one is 1.
     """
 
     grounds: tuple[Ground, ...]
-    samples: int
     by_pixel: Floats
 
     @property
     def pixels(self) -> int:
-        """How many are loud in some shot."""
-        return self.by_pixel.shape[1]
+        """How many are loud."""
+        return len(self.by_pixel[0])
+
+    @property
+    def samples(self) -> int:
+        """Of how many."""
+        return sum(ground.samples for ground in self.grounds)
 
     @property
     def seen(self) -> Floats:
@@ -88,7 +100,7 @@ class Loud:
 
     @property
     def covariance(self) -> Floats:
-        """Of the figures: who is loud is chance, and the same pixels are in all shots."""
+        """Of the figures: who is loud is chance."""
         drawn = np.random.default_rng(0).poisson(1.0, (RESAMPLED, self.pixels))
         again = [summary(self.by_pixel @ times, self.samples) for times in drawn]
         return np.cov(np.transpose(again))
@@ -101,7 +113,7 @@ def summary(total: Floats, samples: float) -> Floats:
 
 
 def loud(
-    stacks: Iterable[Frames], lattices: Sequence[Lattice], gain_dn_per_e: Mapping[str, float]
+    stacks: Sequence[Frames], lattices: Sequence[Lattice], gain_dn_per_e: Mapping[str, float]
 ) -> Loud:
     """The loud pixels of dark shots.
 
@@ -110,56 +122,52 @@ def loud(
         lattices: where their measured samples are.
         gain_dn_per_e: by channel.
     """
-    grounds, total = [], None
-    for stack in stacks:
-        of_shot = []
-        for lattice in lattices:
-            dn = lattice.of(stack.dn[:MOST_FRAMES]).astype(np.float32)
-            dn = dn.reshape(len(dn), -1)
-            # what all pixels of a frame do together is nobody's own
-            dn -= dn.mean(axis=1, keepdims=True)
-            ground = Ground(
-                frames=len(dn),
-                samples=dn.shape[1],
-                variance_dn2=max(_typical(dn), ROUNDING_DN2),
-                gain_dn_per_e=gain_dn_per_e[lattice.channel],
-                interval_s=interval_of(stack.shot),
-            )
-            is_loud, figures = figures_of(dn, ground)
-            everywhere = np.zeros((len(figures), dn.shape[1]))
-            everywhere[:, is_loud] = figures
-            of_shot.append(everywhere)
-            grounds.append(ground)
-        now = np.concatenate(of_shot, axis=1)
-        total = now if total is None else total + now
-    if total is None:
-        total = np.zeros((3 + len(LAGS), 0))
-    return Loud(
-        grounds=tuple(grounds),
-        samples=sum(ground.samples for ground in grounds),
-        by_pixel=total[:, total[0] > 0],
-    )
+    grounds, found = [], [np.zeros((FIGURES, 0))]
+    for lattice in lattices if stacks else ():
+        shots = [_own(lattice.of(stack.dn[:MOST_FRAMES])) for stack in stacks]
+        ground = Ground(
+            samples=shots[0].shape[1],
+            gain_dn_per_e=gain_dn_per_e[lattice.channel],
+            intervals_s=tuple(interval_of(stack.shot) for stack in stacks),
+            variances_dn2=tuple(float(np.median(dn.var(axis=0, ddof=1))) for dn in shots),
+            levels_dn=np.array([dn.mean(axis=0) for dn in shots], dtype=np.float64),
+            frames=tuple(len(dn) for dn in shots),
+        )
+        grounds.append(ground)
+        found.append(figures_of(shots, ground))
+    return Loud(grounds=tuple(grounds), by_pixel=np.concatenate(found, axis=1))
 
 
-def figures_of(dn: NDArray[np.float32], ground: Ground) -> tuple[NDArray[np.bool_], Floats]:
-    """Which samples are loud, and the figures of these, (figures, loud samples).
+def _own(dn: NDArray[np.generic]) -> Stack:
+    """What each sample does by itself, (frames, samples): less what all of a frame do together."""
+    flat = dn.reshape(len(dn), -1).astype(np.float32)
+    together = flat.mean(axis=1, keepdims=True)
+    return np.asarray(flat - (together - together.mean()))
+
+
+def figures_of(shots: Sequence[Stack], ground: Ground) -> Floats:
+    """Figures of the loud samples, (FIGURES, loud samples).
 
     Args:
-        dn: (frames, samples).
-        ground: what the threshold is counted from.
+        shots: (frames, samples) of each.
+        ground: what they are counted from.
     """
-    x = dn - dn.mean(axis=0)
-    variance = np.square(x).sum(axis=0) / (len(x) - 1)
-    is_loud = variance > ground.threshold_dn2
-    x, variance = x[:, is_loud], variance[is_loud]
-    stays = [(x[:-lag] * x[lag:]).mean(axis=0) / variance for lag in LAGS]
-    leans = (x**3).mean(axis=0) / variance**1.5
-    louder = np.log(variance / ground.variance_dn2)
-    return is_loud, np.stack([np.ones(len(variance)), louder, *stays, leans]).astype(np.float64)
-
-
-def _typical(dn: NDArray[np.float32]) -> float:
-    """Variance in time of normal noise whose median over pixels is the one seen."""
-    freedom = len(dn) - 1
-    median = float(np.median(dn.var(axis=0, ddof=1)))
-    return median / (1.0 - 2.0 / (9.0 * freedom)) ** 3
+    samples = shots[0].shape[1]
+    variance = np.zeros(samples)
+    freedom = 0
+    scaled = []
+    for dn, typical_dn2 in zip(shots, ground.variances_dn2, strict=True):
+        x = (dn - dn.mean(axis=0)) / np.float32(np.sqrt(max(typical_dn2, BETWEEN_CODES_DN2)))
+        variance += np.square(x).sum(axis=0)
+        freedom += len(x) - 1
+        scaled.append(x)
+    variance /= freedom
+    is_loud = variance > ground.threshold
+    variance = variance[is_loud]
+    chosen = [x[:, is_loud] for x in scaled]
+    stays = [
+        np.mean([(x[:-lag] * x[lag:]).mean(axis=0) for x in chosen], axis=0) / variance
+        for lag in LAGS
+    ]
+    leans = np.mean([(x**3).mean(axis=0) for x in chosen], axis=0) / variance**1.5
+    return np.stack([np.ones(len(variance)), np.log(variance), *stays, leans]).astype(np.float64)

@@ -24,16 +24,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
 
-from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
-from analysis.gap.ready.loud import Ground, Loud, figures_of, loud, summary
+from analysis.gap.ready.loud import (
+    BETWEEN_CODES_DN2,
+    Ground,
+    Loud,
+    Stack,
+    figures_of,
+    loud,
+    summary,
+)
 from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
 
 Floats = NDArray[np.float64]
 
-LEAST_NUMBER = 24
-"""Loud pixels that tell traps, their number to a fifth."""
+LEAST_NUMBER = 16
+"""Loud pixels that tell traps, their number to a quarter."""
 
 LEAST_STAYS = 0.05
 """What is left of a loud pixel after one frame, with two standard errors to spare: less is noise of
@@ -42,8 +49,9 @@ another kind."""
 CHANCE = 1e-3
 """Of what is left of the figures, below which it was no traps."""
 
-LEAST_TOLD = 0.5
-"""Standard error of a logarithm from which a figure is not told."""
+LEAST_TOLD = 1.0
+"""Standard error of a logarithm from which a figure is not told. A fit by twins would give it a
+smaller one, and not for better reasons."""
 
 TRAPS = 12_000
 """Simulated, of all grounds together: twenty times as many as are seen at most."""
@@ -54,29 +62,37 @@ STEP = 0.1
 WIDE = 2.0
 """Standard deviation of ln(t_up / t_down) before any frame was seen."""
 
-FIRST_STAYS_FRAMES = (2.0, 8.0)
 FIRST_RATIOS = (0.5, 2.0)
+FIRST_FRAMES = 4.0
 FIRST_SIZE = 3.0
-"""Where searches begin: correlation times, t_up / t_down, and jumps in standard errors of noise."""
+"""Where searches begin: t_up / t_down, correlation time, and jump in standard errors of noise."""
 
-LEAST_NOISE_DN2 = 0.003
-"""Of a frame before it is rounded."""
+QUIET = 40_000
+"""Simulated pixels without a trap, of which a few are loud."""
+
+FEW = 2000
+"""Of them tell the median of their variances."""
+
+SIGMA_DN = 1e-3
+"""To which noise is found."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Chances:
     """The random numbers of simulated traps in one ground, the same for all parameters.
 
     Attributes:
         size: of each jump, in mean jumps.
-        forgets, forgotten: of each frame, whether a trap forgets its level, and which one is next.
-        noise_dn: of each frame, about a level that lies anywhere between two codes.
+        forgets, forgotten: by shot and frame, whether a trap forgets its level, and which is next.
+        dn: by shot and frame, the pixel without a trap, before it is rounded.
+        without: figures of as many pixels as there are samples, without a trap; see `figures_of`.
     """
 
-    size: NDArray[np.float32]
-    forgets: NDArray[np.float32]
-    forgotten: NDArray[np.float32]
-    noise_dn: NDArray[np.float32]
+    size: Stack
+    forgets: list[Stack]
+    forgotten: list[Stack]
+    dn: list[Stack]
+    without: Floats
 
 
 def trapped(setting: Setting) -> Told | None:
@@ -94,7 +110,7 @@ def told_by_loud(pixels: Loud) -> Told | None:
     """The same of the loud pixels of a body.
 
     Args:
-        pixels: of its darks, whose frames follow each other at one interval.
+        pixels: of its darks.
     """
     if pixels.pixels < LEAST_NUMBER:
         return None
@@ -102,7 +118,10 @@ def told_by_loud(pixels: Loud) -> Told | None:
     if seen[2] - 2.0 * np.sqrt(covariance[2, 2]) < LEAST_STAYS:
         return None
     weight = np.linalg.cholesky(np.linalg.inv(covariance)).T
-    drawn = [_chances(ground, len(pixels.grounds), k) for k, ground in enumerate(pixels.grounds)]
+    drawn = [
+        _chances(ground, len(pixels.grounds), np.random.default_rng(k))
+        for k, ground in enumerate(pixels.grounds)
+    ]
 
     def off(at: Floats) -> Floats:
         expected = _figures(at, pixels, drawn)
@@ -115,11 +134,17 @@ def told_by_loud(pixels: Loud) -> Told | None:
     fits = [optimize.least_squares(off, at, slopes, max_nfev=25) for at in _beginnings(pixels)]
     best = min(fits, key=lambda one: one.cost)
     left, freedom = 2.0 * best.cost, len(seen) + 1 - len(best.x)
-    if stats.chi2.sf(left, freedom) < CHANCE:
+    if _by_chance(left, freedom, pixels.pixels) < CHANCE:
         return None
     wider = max(left / freedom, 1.0)
-    of_logarithms = wider * np.linalg.inv(best.jac.T @ best.jac)
-    return _told(best.x, of_logarithms)
+    slope = np.asarray(best.jac, dtype=np.float64)
+    return _told(best.x, np.asarray(wider * np.linalg.inv(slope.T @ slope), dtype=np.float64))
+
+
+def _by_chance(left: float, freedom: int, pixels: int) -> float:
+    """How likely so much is left of traps: Hotelling's test, whose covariance is of few pixels."""
+    more = pixels - freedom
+    return float(stats.f.sf(left * more / (freedom * (pixels - 1)), freedom, more))
 
 
 def _told(at: Floats, covariance: Floats) -> Told | None:
@@ -148,43 +173,70 @@ def _told(at: Floats, covariance: Floats) -> Told | None:
 def _beginnings(pixels: Loud) -> list[Floats]:
     """Logarithms of share, jump in electrons, t_up / t_down, and correlation time in s."""
     ground = pixels.grounds[0]
-    share = 3.0 * pixels.pixels * len(pixels.grounds) / pixels.samples
-    jump_e = FIRST_SIZE * np.sqrt(ground.variance_dn2) / ground.gain_dn_per_e
-    return [
-        np.log([min(share, 0.3), jump_e, ratio, frames * ground.interval_s])
-        for ratio in FIRST_RATIOS
-        for frames in FIRST_STAYS_FRAMES
-    ]
+    share = min(3.0 * pixels.pixels / pixels.samples, 0.3)
+    noise_dn = np.sqrt(max(ground.variances_dn2[0], BETWEEN_CODES_DN2))
+    jump_e = FIRST_SIZE * noise_dn / ground.gain_dn_per_e
+    tau_s = FIRST_FRAMES * ground.intervals_s[0]
+    return [np.log([share, jump_e, ratio, tau_s]) for ratio in FIRST_RATIOS]
 
 
-def _chances(ground: Ground, grounds: int, seed: int) -> Chances:
+def _chances(ground: Ground, grounds: int, rng: np.random.Generator) -> Chances:
     """Traps for one ground, of all sizes in the shares that an exponential has."""
-    rng = np.random.default_rng(seed)
     traps = TRAPS // grounds
-    shape = (ground.frames, traps)
-    sigma_dn = np.sqrt(max(ground.variance_dn2 - ROUNDING_DN2, LEAST_NOISE_DN2))
-    noise = sigma_dn * rng.standard_normal(shape) + rng.uniform(size=traps)
+    size = rng.permutation(-np.log1p(-(np.arange(traps) + 0.5) / traps))
+    quiet = _noise(ground, QUIET // grounds, rng)
+    of_quiet = figures_of([np.rint(dn) for dn in quiet], ground).sum(axis=1)
+    shapes = [(frames, traps) for frames in ground.frames]
     return Chances(
-        size=rng.permutation(-np.log1p(-(np.arange(traps) + 0.5) / traps)).astype(np.float32),
-        forgets=rng.random(shape, dtype=np.float32),
-        forgotten=rng.random(shape, dtype=np.float32),
-        noise_dn=noise.astype(np.float32),
+        size=size.astype(np.float32),
+        forgets=[rng.random(shape, dtype=np.float32) for shape in shapes],
+        forgotten=[rng.random(shape, dtype=np.float32) for shape in shapes],
+        dn=_noise(ground, traps, rng),
+        without=of_quiet * ground.samples / (QUIET // grounds),
     )
 
 
+def _noise(ground: Ground, pixels: int, rng: np.random.Generator) -> list[Stack]:
+    """Pixels without a trap in every shot, (frames, pixels), before they are rounded: at levels
+    that there are, with the noise whose median of variances is the one seen."""
+    at = rng.integers(ground.samples, size=pixels)
+    made = []
+    shots = zip(ground.frames, ground.variances_dn2, ground.levels_dn, strict=True)
+    for frames, typical_dn2, levels_dn in shots:
+        normal = rng.standard_normal((frames, pixels), dtype=np.float32)
+        level = levels_dn[at].astype(np.float32)
+        sigma_dn = _before_rounding(normal[:, :FEW], level[:FEW], typical_dn2)
+        made.append(level + np.float32(sigma_dn) * normal)
+    return made
+
+
+def _before_rounding(normal: Stack, level: Stack, typical_dn2: float) -> float:
+    """Standard deviation of noise that shows so much variance in the typical pixel, in DN."""
+
+    def too_loud(sigma_dn: float) -> float:
+        shown = np.rint(level + np.float32(sigma_dn) * normal)
+        return float(np.median(shown.var(axis=0, ddof=1))) - typical_dn2
+
+    if typical_dn2 <= 0:
+        return 0.0
+    return float(optimize.bisect(too_loud, 0.0, np.sqrt(typical_dn2) + 1.0, xtol=SIGMA_DN))
+
+
 def _figures(at: Floats, pixels: Loud, drawn: list[Chances]) -> Floats:
-    """Figures of the loud ones among pixels with traps; see `summary`."""
+    """Figures of the loud ones among pixels with and without traps; see `summary`."""
     fraction, amplitude_e, _, tau_s = np.exp(at)
     share_up = special.expit(at[2])
     total = np.zeros(len(pixels.seen))
     for ground, chances in zip(pixels.grounds, drawn, strict=True):
-        stays = np.exp(-ground.interval_s / tau_s)
-        up = chances.forgotten < share_up
-        for frame in range(1, ground.frames):
-            kept = chances.forgets[frame] < stays
-            up[frame] = np.where(kept, up[frame - 1], up[frame])
         jumps_dn = np.float32(amplitude_e * ground.gain_dn_per_e) * chances.size
-        dn = np.rint(chances.noise_dn + jumps_dn * up)
-        figures = figures_of(dn, ground)[1].sum(axis=1)
-        total += fraction * ground.samples / len(chances.size) * figures
+        shots = []
+        for k, interval_s in enumerate(ground.intervals_s):
+            stays = np.exp(-interval_s / tau_s)
+            up = chances.forgotten[k] < share_up
+            for frame in range(1, len(up)):
+                kept = chances.forgets[k][frame] < stays
+                up[frame] = np.where(kept, up[frame - 1], up[frame])
+            shots.append(np.rint(chances.dn[k] + jumps_dn * up))
+        with_trap = figures_of(shots, ground).sum(axis=1) / len(chances.size)
+        total += fraction * ground.samples * with_trap + (1.0 - fraction) * chances.without
     return summary(total, pixels.samples)
