@@ -86,3 +86,11 @@ def test_noise_of_other_kinds_is_no_chain() -> None:
     flashes = 40.0 * (some & (rng.uniform(size=(FRAMES, HEIGHT, WIDTH)) < 0.2))
     assert told(noise(7) + flashes, noise(8) + flashes) is None
     assert told(noise(9) + 40.0 * some, noise(10) + 40.0 * some) is None
+
+
+def test_pixels_that_all_do_the_same_tell_no_chance() -> None:
+    """Without noise thirty pixels jump in the same frames, as in no body: their figures have no
+    covariance, and there is nothing to count errors by."""
+    together = np.zeros((FRAMES, HEIGHT, WIDTH))
+    together[10:20, 50:55, 60:66] = 20.0
+    assert told(together, together) is None

@@ -36,6 +36,8 @@ LAGS = (1, 2, 4, 8)
 """Frames after which a pixel is held against itself."""
 
 FIGURES = 3 + len(LAGS)
+AFTER_ONE_FRAME = 2
+"""How many figures there are, and which one is what stays after one frame."""
 
 BETWEEN_CODES_DN2 = 0.25
 """Variance of a pixel that shows either of two codes in turn: less is the rounding of a level."""

@@ -26,6 +26,7 @@ from scipy import optimize, special, stats
 
 from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
 from analysis.gap.ready.loud import (
+    AFTER_ONE_FRAME,
     BETWEEN_CODES_DN2,
     Ground,
     Loud,
@@ -46,7 +47,7 @@ LEAST_STAYS = 0.05
 """What is left of a loud pixel after one frame, with two standard errors to spare: less is noise of
 another kind."""
 
-CHANCE = 1e-3
+CHANCE = 1e-4
 """Of what is left of the figures, below which it was no traps."""
 
 LEAST_TOLD = 1.0
@@ -62,12 +63,21 @@ STEP = 0.1
 WIDE = 2.0
 """Standard deviation of ln(t_up / t_down) before any frame was seen."""
 
+STEPS = 25
+
+RANGE = tuple(np.log([[1e-6, 0.1, 1e-2, 1e-3], [0.3, 1e4, 1e2, 1e3]]))
+"""Least and most of share, jump in electrons, t_up / t_down, and correlation time in s: what the
+effect can be."""
+
+MOST_ALIKE = 1e12
+"""Ratio of the variances of what is best and what is worst told, from which numbers end."""
+
 FIRST_RATIOS = (0.5, 2.0)
 FIRST_FRAMES = 4.0
 FIRST_SIZE = 3.0
 """Where searches begin: t_up / t_down, correlation time, and jump in standard errors of noise."""
 
-QUIET = 40_000
+QUIET = 120_000
 """Simulated pixels without a trap, of which a few are loud."""
 
 FEW = 2000
@@ -115,7 +125,8 @@ def told_by_loud(pixels: Loud) -> Told | None:
     if pixels.pixels < LEAST_NUMBER:
         return None
     seen, covariance = pixels.seen, pixels.covariance
-    if seen[2] - 2.0 * np.sqrt(covariance[2, 2]) < LEAST_STAYS:
+    stays, error = seen[AFTER_ONE_FRAME], np.sqrt(covariance[AFTER_ONE_FRAME, AFTER_ONE_FRAME])
+    if stays - 2.0 * error < LEAST_STAYS or np.linalg.cond(covariance) > MOST_ALIKE:
         return None
     weight = np.linalg.cholesky(np.linalg.inv(covariance)).T
     drawn = [
@@ -131,14 +142,18 @@ def told_by_loud(pixels: Loud) -> Told | None:
         steps = STEP * np.eye(len(at))
         return np.transpose([(off(at + s) - off(at - s)) / (2.0 * STEP) for s in steps])
 
-    fits = [optimize.least_squares(off, at, slopes, max_nfev=25) for at in _beginnings(pixels)]
+    fits = [
+        optimize.least_squares(off, at, slopes, bounds=RANGE, max_nfev=STEPS)
+        for at in _beginnings(pixels)
+    ]
     best = min(fits, key=lambda one: one.cost)
     left, freedom = 2.0 * best.cost, len(seen) + 1 - len(best.x)
-    if _by_chance(left, freedom, pixels.pixels) < CHANCE:
+    slope = np.asarray(best.jac, dtype=np.float64)
+    told = slope.T @ slope
+    if _by_chance(left, freedom, pixels.pixels) < CHANCE or np.linalg.cond(told) > MOST_ALIKE:
         return None
     wider = max(left / freedom, 1.0)
-    slope = np.asarray(best.jac, dtype=np.float64)
-    return _told(best.x, np.asarray(wider * np.linalg.inv(slope.T @ slope), dtype=np.float64))
+    return _told(best.x, np.asarray(wider * np.linalg.inv(told), dtype=np.float64))
 
 
 def _by_chance(left: float, freedom: int, pixels: int) -> float:
@@ -173,11 +188,15 @@ def _told(at: Floats, covariance: Floats) -> Told | None:
 def _beginnings(pixels: Loud) -> list[Floats]:
     """Logarithms of share, jump in electrons, t_up / t_down, and correlation time in s."""
     ground = pixels.grounds[0]
-    share = min(3.0 * pixels.pixels / pixels.samples, 0.3)
+    share = 3.0 * pixels.pixels / pixels.samples
     noise_dn = np.sqrt(max(ground.variances_dn2[0], BETWEEN_CODES_DN2))
     jump_e = FIRST_SIZE * noise_dn / ground.gain_dn_per_e
     tau_s = FIRST_FRAMES * ground.intervals_s[0]
-    return [np.log([share, jump_e, ratio, tau_s]) for ratio in FIRST_RATIOS]
+    lowest, highest = RANGE
+    return [
+        np.clip(np.log([share, jump_e, ratio, tau_s]), lowest + STEP, highest - STEP)
+        for ratio in FIRST_RATIOS
+    ]
 
 
 def _chances(ground: Ground, grounds: int, rng: np.random.Generator) -> Chances:
