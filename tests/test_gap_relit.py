@@ -22,7 +22,7 @@ import pytest
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.relit import lighting, relit
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.light_ways import SHADING_PRIOR
+from analysis.gap.camera.light_ways import SHADING_PRIOR, light_ways
 from analysis.gap.camera.twin import Scenery, twin
 from analysis.gap.look.observation import Observation
 from analysis.gap.measure.measured import measured
@@ -140,6 +140,22 @@ def test_clipped_blocks_tell_nothing_of_a_change() -> None:
     levels, ways = how.amounts(darker)
     assert levels == pytest.approx(-0.1, abs=1e-3)
     assert np.abs(ways).max() < 1e-3
+
+
+def test_a_clipped_block_moves_by_no_light() -> None:
+    """A block at the largest code stays there whatever the light does: none of its ways moves it,
+    and they move the others as they did."""
+    scenery, reference = known().scenery, known().bodies
+    top = np.zeros(reference.means.shape[1:], dtype=bool)
+    top[-1, :, 3] = True
+    means = np.where(top, float(scenery.view.top_dn), reference.means)
+    clipped = dataclasses.replace(reference, means=means)
+    for before, after in zip(
+        light_ways(known().base, scenery, reference),
+        light_ways(known().base, scenery, clipped),
+        strict=True,
+    ):
+        assert np.array_equal(after.means, np.where(top, 0.0, before.means))
 
 
 def test_light_that_nobody_stated_stays_as_the_frames_show_it() -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.space import LIGHT_FLOOR
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light_ways import FREE, LightWay, changed, image_ways, level_ways
-from analysis.gap.camera.twin import NOT_CLIPPED, Scenery
+from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
 from sensor.signal import Quantity
@@ -97,9 +97,7 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
     picture = reference.means.mean(axis=0)
     noise = reference.noise[..., None] / (reference.samples * reference.frames)
     variance = noise + np.square(LIGHT_FLOOR * picture) + NOTHING_DN2
-    # blocks that are clipped show nothing of a change
-    clear = picture < NOT_CLIPPED * scenery.view.top_dn
-    weights = np.where(clear, 1.0 / np.sqrt(variance), 0.0).ravel()
+    weights = (1.0 / np.sqrt(variance)).ravel()
     priors = np.array([0.0 if way.prior == FREE else 1.0 / way.prior for way in ways])
     columns = means.reshape(len(ways), -1) * weights
     square = columns @ columns.T + np.diag(np.square(priors))

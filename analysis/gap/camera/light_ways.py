@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import Light, Rate, lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
-from analysis.gap.camera.twin import Scenery, exposure_of
+from analysis.gap.camera.twin import NOT_CLIPPED, Scenery, exposure_of
 from analysis.gap.look.lattices import BORDER_PX
 from analysis.gap.look.observation import Observation
 from foundation.panel import Panel
@@ -97,12 +97,17 @@ def _units(base: Base, scenery: Scenery) -> dict[str, Floats]:
 
 
 def _everywhere(by_lamp: Mapping[str, Floats], scenery: Scenery, reference: Observation) -> Floats:
-    """Changes of what lamps show in a second, as changes of all shots."""
+    """Changes of what lamps show in a second, as changes of all shots where nothing is clipped."""
     change = np.zeros(reference.means.shape[1:])
     for k, shot in enumerate(scenery.shots):
         if not shot.dark and lamp_of(shot) in by_lamp:
             change[k] = by_lamp[lamp_of(shot)] * exposure_of(shot)
-    return change
+    return np.where(_clear(scenery, reference), change, 0.0)
+
+
+def _clear(scenery: Scenery, reference: Observation) -> NDArray[np.bool_]:
+    """Blocks that show how bright they are, (shots, channels, blocks)."""
+    return np.asarray(reference.means.mean(axis=0) < NOT_CLIPPED * scenery.view.top_dn)
 
 
 def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
@@ -120,7 +125,8 @@ def shot_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[
             continue
         change = np.zeros(reference.means.shape[1:])
         change[k] = unit[lamp_of(shot)] * exposure_of(shot)
-        yield LightWay(means=change, prior=LEVEL_PRIOR)
+        seen = np.where(_clear(scenery, reference), change, 0.0)
+        yield LightWay(means=seen, prior=LEVEL_PRIOR)
 
 
 def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
