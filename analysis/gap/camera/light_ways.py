@@ -102,12 +102,13 @@ def _everywhere(by_lamp: Mapping[str, Floats], scenery: Scenery, reference: Obse
     for k, shot in enumerate(scenery.shots):
         if not shot.dark and lamp_of(shot) in by_lamp:
             change[k] = by_lamp[lamp_of(shot)] * exposure_of(shot)
-    return np.where(_clear(scenery, reference), change, 0.0)
+    return _unclipped(change, scenery, reference)
 
 
-def _clear(scenery: Scenery, reference: Observation) -> NDArray[np.bool_]:
-    """Blocks that show how bright they are, (shots, channels, blocks)."""
-    return np.asarray(reference.means.mean(axis=0) < NOT_CLIPPED * scenery.view.top_dn)
+def _unclipped(change: Floats, scenery: Scenery, reference: Observation) -> Floats:
+    """A change of block means, (shots, channels, blocks), where these are not clipped."""
+    shows = reference.means.mean(axis=0) < NOT_CLIPPED * scenery.view.top_dn
+    return np.where(shows, change, 0.0)
 
 
 def light_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
@@ -125,8 +126,7 @@ def shot_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[
             continue
         change = np.zeros(reference.means.shape[1:])
         change[k] = unit[lamp_of(shot)] * exposure_of(shot)
-        seen = np.where(_clear(scenery, reference), change, 0.0)
-        yield LightWay(means=seen, prior=LEVEL_PRIOR)
+        yield LightWay(means=_unclipped(change, scenery, reference), prior=LEVEL_PRIOR)
 
 
 def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:

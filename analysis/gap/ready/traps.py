@@ -55,7 +55,7 @@ LEAST_TOLD = 1.0
 smaller one, and not for better reasons."""
 
 TRAPS = 12_000
-"""Simulated, of all grounds together: twenty times as many as are seen at most."""
+"""Simulated, of all grounds together."""
 
 STEP = 0.1
 """In logarithms, by which slopes are read: a trap more or less is loud at every smaller one."""
@@ -64,6 +64,7 @@ WIDE = 2.0
 """Standard deviation of ln(t_up / t_down) before any frame was seen."""
 
 STEPS = 25
+"""Of a fit, at most."""
 
 RANGE = tuple(np.log([[1e-6, 0.1, 1e-2, 1e-3], [0.3, 1e4, 1e2, 1e3]]))
 """Least and most of share, jump in electrons, t_up / t_down, and correlation time in s: what the
