@@ -64,6 +64,27 @@ def test_a_shot_that_repeats_a_frame_takes_part(repeated: int | None, taken: boo
     assert (spare in chosen.key) is taken
 
 
+@pytest.mark.parametrize(("lamps", "faintest"), [(1, True), (2, False)])
+def test_of_one_lamp_the_faintest_level_takes_part(lamps: int, faintest: bool) -> None:
+    """Black, a gain and a level pass through any two levels; a third one tells a bend. Two lamps
+    with two darks leave no room for it."""
+    darks = [stack(f"dark {k}", 24, lit=False) for k in range(3)]
+    darks = [
+        dataclasses.replace(one, shot=dataclasses.replace(one.shot, exposure_s=0.01 * (k + 1)))
+        for k, one in enumerate(darks)
+    ]
+    lit = []
+    for lamp in range(lamps):
+        for k in range(6):
+            one = stack(f"lamp {lamp}, {k}", 24, lit=True)
+            shot = dataclasses.replace(one.shot, light=(f"{lamp}",), level=((k + 1) / 6,))
+            lit.append(dataclasses.replace(one, shot=shot))
+    chosen = plan(Capture(camera="x", frames=(*darks, *lit)))
+    assert chosen is not None
+    assert ("lamp 0, 0" in chosen.key) is faintest
+    assert {"dark 0", "dark 2", "lamp 0, 5"} <= set(chosen.key)
+
+
 def test_a_family_that_tells_nothing_has_no_chance_of_its_own() -> None:
     """Histograms of light that nobody stated have errors 10,000 times as wide as they are: twins
     have 1e-8 of chi-squared there, and a capture with 1e-6 is none the worse."""

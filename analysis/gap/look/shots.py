@@ -75,8 +75,11 @@ def plan(capture: Capture) -> Plan | None:
 
 
 def _key_shots(usable: list[Frames], wanted: int) -> list[str]:
-    """The dark extremes, the brightest of each lamp, then levels in between: in capture order. A
-    shot that repeats frames takes the place of the last of them, where none of them does.
+    """The dark extremes, the brightest of each lamp, then levels in between and the faintest: in
+    capture order. A shot that repeats frames takes the place of the last of them, where none of
+    them does.
+
+    Two levels lie on a line, whatever a camera does; of one lamp there is room for a third.
 
     Args:
         usable: shots with enough frames.
@@ -93,6 +96,7 @@ def _key_shots(usable: list[Frames], wanted: int) -> list[str]:
     chosen += [rungs[-1] for rungs in ladders]
     chosen += darks[:1] if len(darks) > 1 else []
     chosen += [rungs[len(rungs) // 3] for rungs in ladders if len(rungs) > 1]
+    chosen += [rungs[0] for rungs in ladders if len(ladders) == 1]
     chosen += darks[1:-1] + [f for rungs in ladders for f in rungs]
     distinct = list(dict.fromkeys(f.shot.label for f in chosen))[:KEY_SHOTS]
     # a cable drops frames of any shot, and few of them

@@ -61,6 +61,12 @@ class Setting:
         """The frames of the key shots."""
         return [f for f in self.capture.frames if f.shot.label in self.plan.key]
 
+    def darks(self, fewest: int) -> list[Frames]:
+        """Dark shots of at least so many frames. What frames tell by themselves is held against no
+        model, so that all of them may tell it, key shots or not.
+        """
+        return [f for f in self.capture.frames if f.shot.dark and f.count >= fewest]
+
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     """Everything that is known of a capture before any model; None where it has too few frames."""

@@ -54,6 +54,9 @@ LEAST_TOLD = 1.0
 """Standard error of a logarithm from which a figure is not told. A fit by twins would give it a
 smaller one, and not for better reasons."""
 
+MOST_SHOTS = 6
+"""Dark shots that are looked at: each has to be simulated."""
+
 TRAPS = 12_000
 """Simulated, of all grounds together."""
 
@@ -113,7 +116,7 @@ def trapped(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    darks = [s for s in setting.key_frames if s.shot.dark and s.count >= FEWEST_OF_A_DWELL]
+    darks = setting.darks(FEWEST_OF_A_DWELL)[:MOST_SHOTS]
     return told_by_loud(loud(darks, setting.scenery.view.lattices, gains_of(setting)))
 
 

@@ -44,7 +44,7 @@ def wandering(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    darks = [s for s in setting.key_frames if s.shot.dark and s.count >= FEWEST_FRAMES]
+    darks = setting.darks(FEWEST_FRAMES)
     if not darks:
         return None
     _, base = by_moments(setting)
