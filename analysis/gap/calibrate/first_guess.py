@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -72,14 +72,18 @@ def first_guess(
         gain = np.resize(np.array(list(nominal.gain_dn_per_e)), count)
     else:
         gain = np.full(count, USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8))
+    tell = _clear(seen, lit, scenery.view.top_dn)
     if lit:
-        shot_noise = (noise - dark.variance_dn2(exposure))[lit].sum(axis=0)
-        slope = shot_noise / np.maximum(signal[lit].sum(axis=0), 1e-6)
+        shot_noise = (tell * (noise - dark.variance_dn2(exposure))).sum(axis=0)
+        slope = shot_noise / np.maximum((tell * signal).sum(axis=0), 1e-6)
         gain = np.where(slope > 0.02 * gain, slope, gain)
     prnu = np.full(count, 1e-4)
     for c in range(count):
         if lit:
-            by_shot = [pattern[k][c] * 1e-4 - fpn[c] / max(signal[k][c], 1) ** 2 for k in lit]
+            by_shot = [
+                pattern[k][c] * 1e-4 - fpn[c] / max(signal[k][c], 1) ** 2
+                for k in np.flatnonzero(tell[:, c])
+            ]
             prnu[c] = float(np.clip(np.median(by_shot), 1e-6, 0.01))
     base = Base(
         channels=seen.channels,
@@ -101,6 +105,21 @@ def first_guess(
     clamp = clamp_e2(seen, seen.noise / gain**2)
     # more is something else, and is not to be taken up in part
     return base if clamp > base.most_of_a_clamp_e2 else dataclasses.replace(base, clamp_e2=clamp)
+
+
+def _clear(seen: Observation, lit: Sequence[int], top_dn: int) -> NDArray[np.bool_]:
+    """Which lit shots tell the noise of a channel, (shots, channels): what is clipped has none.
+    Those without a clipped block, or all where there are no such.
+
+    Args:
+        seen: the capture.
+        lit: places of the shots that are asked.
+        top_dn: the largest pixel value.
+    """
+    asked = np.zeros((len(seen.shots), len(seen.channels)), dtype=bool)
+    asked[list(lit)] = True
+    clear = asked & (seen.means.mean(axis=0).max(axis=-1) < NOT_CLIPPED * top_dn)
+    return np.where(clear.any(axis=0), clear, asked)
 
 
 SPREADS = 2.0

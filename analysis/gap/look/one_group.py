@@ -43,7 +43,10 @@ def on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[O
     images = blocks(group.mean, view.side)
     grid = images.shape[1], images.shape[2]
     images = images.reshape(len(groups), len(lattices), -1)
-    variance = group.variance.reshape(len(groups), len(lattices))
+    # noise of the blocks alone: what is left out of them may be darker than they are
+    energy = group.energy[:, : grid[0] * view.side, : grid[1] * view.side]
+    variance = energy.mean(axis=(1, 2), dtype=np.float64) / (group.frames - 1)
+    variance = variance.reshape(len(groups), len(lattices))
     places = [np.array(channels) == one for one in channels_of(lattices)]
     return [
         OfAGroup(
