@@ -5,6 +5,7 @@ The impostors have the effect's mean, variance or width, and lack its physics.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
@@ -135,6 +136,27 @@ def test_telegraph_noise_has_two_levels_and_the_share_of_its_dwell_times() -> No
     frames = frames_of(effect, rate=flat(0), level=0.0, frames=150, body_seed=3)
     check(frames)
     must_fail(check, gaussian(frames, frames.mean(0), frames.var(0)))
+
+
+@pytest.mark.parametrize("alike", [0.0, 1.0])
+def test_traps_differ_as_an_exponential_or_not_at_all(alike: float) -> None:
+    """The square of an exponential is in the mean twice that of its mean; by rows of pixels, which
+    give the standard error. Each law fails where the other one is checked."""
+    effect = RandomTelegraphNoise(
+        fraction=0.3, amplitude_e=1000, dwell_up_s=0.1, dwell_down_s=0.1, alike=alike
+    )
+
+    def check(frames: Array) -> None:
+        # differences of frames far apart: 2 A^2 p (1 - p) and the bench's own noise
+        squares = (frames[40:] - frames[:-40]) ** 2
+        excess = squares.mean((0, 2)) - 2 * NOISE
+        expected = 0.3 * 0.5 * 1000.0**2 * (1.0 if alike else 2.0)
+        assert_agree(excess.mean(), expected, excess.std(ddof=1) / math.sqrt(len(excess)))
+
+    rate = flat(0, 96, 64)
+    check(frames_of(effect, rate=rate, level=0.0, frames=120))
+    other = dataclasses.replace(effect, alike=1.0 - alike)
+    must_fail(check, frames_of(other, rate=rate, level=0.0, frames=120))
 
 
 def test_large_scale_prnu_is_one_system_of_rings() -> None:

@@ -47,6 +47,7 @@ def levels(shape: tuple[int, ...], up_s: float, down_s: float, seed: int) -> NDA
     return up
 
 
+@pytest.mark.parametrize("alike", [False, True])
 @pytest.mark.parametrize(
     ("fraction", "amplitude_e", "up_s", "down_s", "within"),
     [
@@ -57,18 +58,21 @@ def levels(shape: tuple[int, ...], up_s: float, down_s: float, seed: int) -> NDA
     ],
 )
 def test_a_chain_of_two_levels_is_told(
-    fraction: float, amplitude_e: float, up_s: float, down_s: float, within: float
+    fraction: float, amplitude_e: float, up_s: float, down_s: float, within: float, alike: bool
 ) -> None:
-    """Numbers are Poisson, jumps exponential and dwell times too: at 4 standard errors for 16
-    figures here. The upper level of the third case lasts longer than a shot, and most jumps of the
-    fourth are lost in noise of 10 electrons, so that no frame shows a level."""
+    """Numbers are Poisson, jumps exponential or alike, and dwell times exponential: at 4 standard
+    errors for 32 figures here, and the right one of the two laws each time. The upper level of the
+    third case lasts longer than a shot, and most jumps of the fourth are lost in noise of 10
+    electrons, so that no frame shows a level."""
     rng = np.random.default_rng(3)
     has = rng.uniform(size=(HEIGHT, WIDTH)) < fraction
-    jump_dn = GAIN_DN_PER_E * rng.exponential(amplitude_e, (HEIGHT, WIDTH)) * has
+    jump_e = rng.exponential(amplitude_e, (HEIGHT, WIDTH))
+    jump_dn = GAIN_DN_PER_E * (amplitude_e if alike else jump_e) * has
     shots = [jump_dn * levels(has.shape, up_s, down_s, 20 + k) + noise(k) for k in range(3)]
     found = told(*shots)
     assert found is not None
     assert found.exact
+    assert found.hints["alike"] == alike
     true = {"fraction": fraction, "amplitude_e": amplitude_e,
             "dwell_up_s": up_s, "dwell_down_s": down_s}  # fmt: skip
     for name, value in true.items():

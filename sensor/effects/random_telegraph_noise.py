@@ -19,10 +19,10 @@ class RandomTelegraphNoise(Effect):
     """In a few photosites a single trap fills and empties, and shifts the level up and down.
 
     A Markov chain of two levels, 0 and A, with mean dwell times t_up and t_down, looked at once a
-    frame. A is exponential over the affected photosites. The chain forgets itself at the events of
-    a Poisson process of rate 1/tau = 1/t_up + 1/t_down; at each it is up with probability
-    p = t_up / (t_up + t_down), and in between it stays: exactly that chain, and one that any frame
-    can look up without running through those before it.
+    frame. A is exponential over the affected photosites, or the same in all. The chain forgets
+    itself at the events of a Poisson process of rate 1/tau = 1/t_up + 1/t_down; at each it is up
+    with probability p = t_up / (t_up + t_down), and in between it stays: exactly that chain, and
+    one that any frame can look up without running through those before it.
 
     Consequence: an affected photosite shows two levels and no more, with variance A^2 p (1 - p)
     and correlation exp(-k interval / tau) between frames k apart. Independent noise of equal
@@ -61,6 +61,15 @@ class RandomTelegraphNoise(Effect):
     dwell_down_s: float = parameter(
         1.0, unit="s", minimum=1e-3, maximum=1000.0, doc="mean time at the lower level"
     )
+    alike: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(0.0,),
+        doc="0: differences of an exponential distribution, 1: the same in every such photosite",
+    )
 
     @property
     def tau_s(self) -> float:
@@ -88,7 +97,8 @@ class RandomTelegraphNoise(Effect):
         lane = dr.arange(index, frames * lanes)
         frame = lane // lanes
         trap = lane - frame * lanes
-        size = -self.amplitude_e * dr.log(1.0 - stream.body.uniform(lanes, use="size").array)
+        drawn = -dr.log(1.0 - stream.body.uniform(lanes, use="size").array)
+        size = self.amplitude_e * (1.0 + 0.0 * drawn if self.alike else drawn)
         dr.eval(places, size)
         real = trap < dr.opaque(index, traps)
         shifted = +value.array

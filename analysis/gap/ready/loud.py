@@ -3,6 +3,7 @@
 Traps stay where they are, so that a pixel counts by the frames of all dark shots. Its figures are
 
     ln(variance / variance of the typical pixel)       how loud
+    1 between the quartiles of that in the frames      whether all are about as loud
     mean of x(t) x(t + k) / variance                   how much of it stays after k frames
     mean of x(t)^3 / variance^1.5                      whether it is more often down than up
 
@@ -35,9 +36,11 @@ LOUD = 5.0
 LAGS = (1, 2, 4, 8)
 """Frames after which a pixel is held against itself."""
 
-FIGURES = 3 + len(LAGS)
-AFTER_ONE_FRAME = 2
-"""How many figures there are, and which one is what stays after one frame."""
+FIGURES = 4 + len(LAGS)
+HOW_LOUD, AFTER_ONE_FRAME = 1, 3
+"""How many figures there are, and which of them are how loud, and what stays after one frame."""
+
+ALL = -np.inf, np.inf
 
 BETWEEN_CODES_DN2 = 0.25
 """Variance of a pixel that shows either of two codes in turn: less is the rounding of a level."""
@@ -80,10 +83,12 @@ class Loud:
     Attributes:
         grounds: of every lattice.
         by_pixel: figures of each loud pixel, (FIGURES, pixels); the first one is 1.
+        quartiles: of how loud they are.
     """
 
     grounds: tuple[Ground, ...]
     by_pixel: Floats
+    quartiles: tuple[float, float]
 
     @property
     def pixels(self) -> int:
@@ -124,7 +129,7 @@ def loud(
         lattices: where their measured samples are.
         gain_dn_per_e: by channel.
     """
-    grounds, found = [], [np.zeros((FIGURES, 0))]
+    grounds, counted = [], []
     for lattice in lattices if stacks else ():
         shots = [_own(lattice.of(stack.dn[:MOST_FRAMES])) for stack in stacks]
         ground = Ground(
@@ -136,8 +141,16 @@ def loud(
             frames=tuple(len(dn) for dn in shots),
         )
         grounds.append(ground)
-        found.append(figures_of(shots, ground))
-    return Loud(grounds=tuple(grounds), by_pixel=np.concatenate(found, axis=1))
+        counted.append(shots)
+
+    def figures(quartiles: tuple[float, float]) -> Floats:
+        found = [figures_of(*one, quartiles) for one in zip(counted, grounds, strict=True)]
+        return np.concatenate([np.zeros((FIGURES, 0)), *found], axis=1)
+
+    how_loud = figures(ALL)[HOW_LOUD]
+    low, high = np.quantile(how_loud, (0.25, 0.75)) if len(how_loud) else ALL
+    quartiles = float(low), float(high)
+    return Loud(grounds=tuple(grounds), by_pixel=figures(quartiles), quartiles=quartiles)
 
 
 def _own(dn: NDArray[np.generic]) -> Stack:
@@ -147,12 +160,13 @@ def _own(dn: NDArray[np.generic]) -> Stack:
     return np.asarray(flat - (together - together.mean()))
 
 
-def figures_of(shots: Sequence[Stack], ground: Ground) -> Floats:
+def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, float]) -> Floats:
     """Figures of the loud samples, (FIGURES, loud samples).
 
     Args:
         shots: (frames, samples) of each.
         ground: what they are counted from.
+        quartiles: between which a pixel is about as loud as the others.
     """
     samples = shots[0].shape[1]
     variance = np.zeros(samples)
@@ -172,4 +186,7 @@ def figures_of(shots: Sequence[Stack], ground: Ground) -> Floats:
         for lag in LAGS
     ]
     leans = np.mean([(x**3).mean(axis=0) for x in chosen], axis=0) / variance**1.5
-    return np.stack([np.ones(len(variance)), np.log(variance), *stays, leans]).astype(np.float64)
+    louder = np.log(variance)
+    usual = (quartiles[0] < louder) & (louder < quartiles[1])
+    figures = [np.ones(len(variance)), louder, usual, *stays, leans]
+    return np.stack(figures).astype(np.float64)

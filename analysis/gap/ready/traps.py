@@ -8,8 +8,9 @@ covariance over pixels, the traps are those of the least
 
     (s - f)' C^-1 (s - f)
 
-and C and the slopes of f give their errors. Three figures more than there are parameters say
+and C and the slopes of f give their errors. Four figures more than there are parameters say
 whether it is traps at all: other noise does not stay as long as its size and its number demand.
+Jumps are exponential, or all alike where that leaves more than chance.
 A fit by twins cannot do as well: a few dozen pixels of theirs jump, others and at other times.
 
 Source of the method: Gourieroux, Monfort and Renault, Indirect inference, J. Applied Econometrics
@@ -28,6 +29,7 @@ from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
 from analysis.gap.ready.loud import (
     AFTER_ONE_FRAME,
     BETWEEN_CODES_DN2,
+    HOW_LOUD,
     Ground,
     Loud,
     Stack,
@@ -49,6 +51,9 @@ another kind."""
 
 CHANCE = 1e-4
 """Of what is left of the figures, below which it was no traps."""
+
+UNLIKELY = 0.05
+"""The same of jumps that are exponential, below which they may be all alike."""
 
 LEAST_TOLD = 1.0
 """Standard error of a logarithm from which a figure is not told. A fit by twins would give it a
@@ -96,7 +101,7 @@ class Chances:
     """The random numbers of simulated traps in one ground, the same for all parameters.
 
     Attributes:
-        size: of each jump, in mean jumps.
+        size: of each jump, in mean jumps, where they are not alike.
         forgets, forgotten: by shot and frame, whether a trap forgets its level, and which is next.
         dn: by shot and frame, the pixel without a trap, before it is rounded.
         without: figures of as many pixels as there are samples, without a trap; see `figures_of`.
@@ -134,30 +139,38 @@ def told_by_loud(pixels: Loud) -> Told | None:
         return None
     weight = np.linalg.cholesky(np.linalg.inv(covariance)).T
     drawn = [
-        _chances(ground, len(pixels.grounds), np.random.default_rng(k))
+        _chances(ground, pixels, np.random.default_rng(k))
         for k, ground in enumerate(pixels.grounds)
     ]
 
-    def off(at: Floats) -> Floats:
-        expected = _figures(at, pixels, drawn)
-        return np.append(weight @ (expected - seen), at[2] / WIDE)
+    def fitted(alike: bool, begin: Floats) -> optimize.OptimizeResult:
+        def off(at: Floats) -> Floats:
+            expected = _figures(at, alike, pixels, drawn)
+            return np.append(weight @ (expected - seen), at[2] / WIDE)
 
-    def slopes(at: Floats) -> Floats:
-        steps = STEP * np.eye(len(at))
-        return np.transpose([(off(at + s) - off(at - s)) / (2.0 * STEP) for s in steps])
+        def slopes(at: Floats) -> Floats:
+            steps = STEP * np.eye(len(at))
+            return np.transpose([(off(at + s) - off(at - s)) / (2.0 * STEP) for s in steps])
 
-    fits = [
-        optimize.least_squares(off, at, slopes, bounds=RANGE, max_nfev=STEPS)
-        for at in _beginnings(pixels)
-    ]
-    best = min(fits, key=lambda one: one.cost)
-    left, freedom = 2.0 * best.cost, len(seen) + 1 - len(best.x)
+        return optimize.least_squares(off, begin, slopes, bounds=RANGE, max_nfev=STEPS)
+
+    def best_of(alike: bool) -> optimize.OptimizeResult:
+        fits = [fitted(alike, at) for at in _beginnings(pixels, alike)]
+        return min(fits, key=lambda one: one.cost)
+
+    def chance(one: optimize.OptimizeResult) -> float:
+        return _by_chance(2.0 * one.cost, freedom, pixels.pixels)
+
+    freedom = len(seen) + 1 - len(RANGE[0])
+    alike, best = False, best_of(False)
+    if chance(best) < UNLIKELY and (other := best_of(True)).cost < best.cost:
+        alike, best = True, other
     slope = np.asarray(best.jac, dtype=np.float64)
     told = slope.T @ slope
-    if _by_chance(left, freedom, pixels.pixels) < CHANCE or np.linalg.cond(told) > MOST_ALIKE:
+    if chance(best) < CHANCE or np.linalg.cond(told) > MOST_ALIKE:
         return None
-    wider = max(left / freedom, 1.0)
-    return _told(best.x, np.asarray(wider * np.linalg.inv(told), dtype=np.float64))
+    wider = max(2.0 * best.cost / freedom, 1.0)
+    return _told(best.x, alike, np.asarray(wider * np.linalg.inv(told), dtype=np.float64))
 
 
 def _by_chance(left: float, freedom: int, pixels: int) -> float:
@@ -166,7 +179,7 @@ def _by_chance(left: float, freedom: int, pixels: int) -> float:
     return float(stats.f.sf(left * more / (freedom * (pixels - 1)), freedom, more))
 
 
-def _told(at: Floats, covariance: Floats) -> Told | None:
+def _told(at: Floats, alike: bool, covariance: Floats) -> Told | None:
     """Parameters and their errors, from logarithms and theirs."""
     fraction, amplitude_e, ratio, tau_s = map(float, np.exp(at))
     share_up = ratio / (1.0 + ratio)
@@ -176,6 +189,7 @@ def _told(at: Floats, covariance: Floats) -> Told | None:
         "dwell_up_s": tau_s * (1.0 + ratio),
         "dwell_down_s": tau_s * (1.0 + ratio) / ratio,
     }
+    law = {"alike": float(alike)}
     # d ln(t_up) = d ln(tau) + share_up d ln(ratio), of t_down less one d ln(ratio)
     ways = np.array(
         [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, share_up, 1], [0, 0, share_up - 1.0, 1]], dtype=float
@@ -186,15 +200,21 @@ def _told(at: Floats, covariance: Floats) -> Told | None:
     errors = {
         name: value * float(r) for (name, value), r in zip(hints.items(), relative, strict=True)
     }
-    return Told(hints=hints, errors=errors)
+    return Told(hints=hints | law, errors=errors)
 
 
-def _beginnings(pixels: Loud) -> list[Floats]:
-    """Logarithms of share, jump in electrons, t_up / t_down, and correlation time in s."""
+def _beginnings(pixels: Loud, alike: bool) -> list[Floats]:
+    """Logarithms of share, jump in electrons, t_up / t_down, and correlation time in s.
+
+    A jump A that is half of the time up has the variance A^2 / 4; of jumps that differ the loud
+    ones are the largest.
+    """
     ground = pixels.grounds[0]
     share = 3.0 * pixels.pixels / pixels.samples
     noise_dn = np.sqrt(max(ground.variances_dn2[0], BETWEEN_CODES_DN2))
-    jump_e = FIRST_SIZE * noise_dn / ground.gain_dn_per_e
+    louder = np.expm1(pixels.seen[HOW_LOUD])
+    size = 2.0 * np.sqrt(max(louder, 1.0)) if alike else FIRST_SIZE
+    jump_e = size * noise_dn / ground.gain_dn_per_e
     tau_s = FIRST_FRAMES * ground.intervals_s[0]
     lowest, highest = RANGE
     return [
@@ -203,19 +223,20 @@ def _beginnings(pixels: Loud) -> list[Floats]:
     ]
 
 
-def _chances(ground: Ground, grounds: int, rng: np.random.Generator) -> Chances:
+def _chances(ground: Ground, pixels: Loud, rng: np.random.Generator) -> Chances:
     """Traps for one ground, of all sizes in the shares that an exponential has."""
+    grounds = len(pixels.grounds)
     traps = TRAPS // grounds
     size = rng.permutation(-np.log1p(-(np.arange(traps) + 0.5) / traps))
     quiet = _noise(ground, QUIET // grounds, rng)
-    of_quiet = figures_of([np.rint(dn) for dn in quiet], ground).sum(axis=1)
+    of_quiet = figures_of([np.rint(dn) for dn in quiet], ground, pixels.quartiles)
     shapes = [(frames, traps) for frames in ground.frames]
     return Chances(
         size=size.astype(np.float32),
         forgets=[rng.random(shape, dtype=np.float32) for shape in shapes],
         forgotten=[rng.random(shape, dtype=np.float32) for shape in shapes],
         dn=_noise(ground, traps, rng),
-        without=of_quiet * ground.samples / (QUIET // grounds),
+        without=of_quiet.sum(axis=1) * ground.samples / (QUIET // grounds),
     )
 
 
@@ -245,13 +266,14 @@ def _before_rounding(normal: Stack, level: Stack, typical_dn2: float) -> float:
     return float(optimize.bisect(too_loud, 0.0, np.sqrt(typical_dn2) + 1.0, xtol=SIGMA_DN))
 
 
-def _figures(at: Floats, pixels: Loud, drawn: list[Chances]) -> Floats:
+def _figures(at: Floats, alike: bool, pixels: Loud, drawn: list[Chances]) -> Floats:
     """Figures of the loud ones among pixels with and without traps; see `summary`."""
     fraction, amplitude_e, _, tau_s = np.exp(at)
     share_up = special.expit(at[2])
     total = np.zeros(len(pixels.seen))
     for ground, chances in zip(pixels.grounds, drawn, strict=True):
-        jumps_dn = np.float32(amplitude_e * ground.gain_dn_per_e) * chances.size
+        one_dn = np.float32(amplitude_e * ground.gain_dn_per_e)
+        jumps_dn = np.full_like(chances.size, one_dn) if alike else one_dn * chances.size
         shots = []
         for k, interval_s in enumerate(ground.intervals_s):
             stays = np.exp(-interval_s / tau_s)
@@ -260,6 +282,6 @@ def _figures(at: Floats, pixels: Loud, drawn: list[Chances]) -> Floats:
                 kept = chances.forgets[k][frame] < stays
                 up[frame] = np.where(kept, up[frame - 1], up[frame])
             shots.append(np.rint(chances.dn[k] + jumps_dn * up))
-        with_trap = figures_of(shots, ground).sum(axis=1) / len(chances.size)
+        with_trap = figures_of(shots, ground, pixels.quartiles).sum(axis=1) / len(chances.size)
         total += fraction * ground.samples * with_trap + (1.0 - fraction) * chances.without
     return summary(total, pixels.samples)
