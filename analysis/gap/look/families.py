@@ -14,13 +14,15 @@ from analysis.gap.look.statistics.transfer import level, transfer
 from analysis.gap.look.texture import FAMILY as TEXTURE
 from analysis.gap.look.texture import STAGE as STAGE_OF_TEXTURE
 
+NEIGHBOURS = "neighbours"
+
 FAMILIES: dict[str, tuple[Callable[[Group], Figures], str]] = {
     "level": (level, "readout"),
     "transfer": (transfer, "photosite"),
     "rows": (rows, "readout"),
     "columns": (columns, "readout"),
     "frames": (frames, "lighting"),
-    "neighbours": (neighbours, "processing"),
+    NEIGHBOURS: (neighbours, "processing"),
     "time": (time, "processing"),
     "tails": (tails, "photosite"),
     "spectrum": (spectrum, "readout"),

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.families import FAMILIES, GREENS, INTERPOLATION
-from analysis.gap.look.lattices import channels_of, inner
+from analysis.gap.look.families import FAMILIES, GREENS, INTERPOLATION, NEIGHBOURS
+from analysis.gap.look.lattices import channels_of, inner, of_a_mosaic
 from analysis.gap.look.observation import View
 from analysis.gap.look.statistics.greens import greens
 from analysis.gap.look.statistics.group import Figures, Group
 from analysis.gap.look.statistics.interpolation import interpolation
+from analysis.gap.look.statistics.next_door import next_door
 
 Floats = NDArray[np.float64]
 
@@ -47,6 +48,8 @@ def on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[O
     energy = group.energy[:, : grid[0] * view.side, : grid[1] * view.side]
     variance = energy.mean(axis=(1, 2), dtype=np.float64) / (group.frames - 1)
     variance = variance.reshape(len(groups), len(lattices))
+    noise = group.noise.reshape(len(groups), len(lattices), *group.noise.shape[1:])
+    mosaic = of_a_mosaic(lattices)
     places = [np.array(channels) == one for one in channels_of(lattices)]
     return [
         OfAGroup(
@@ -55,6 +58,7 @@ def on_lattices(groups: Sequence[NDArray[Any]], lit: bool, view: View) -> list[O
                 for lattice, values in zip(lattices, figures[k], strict=True)
                 for (family, statistic), value in zip(names, values, strict=True)
             }
+            | _whole(NEIGHBOURS, next_door(noise[k], variance[k]) if mosaic else {})
             | _whole(GREENS, greens(images[k], lattices) if lit else {}),
             means=np.array([images[k, own].mean(axis=0) for own in places]),
             noise=np.array([variance[k, own].mean() for own in places]),
