@@ -81,11 +81,9 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail) -> float:
 def most_of_several(names: Sequence[str], place: int) -> float:
     """The probability that a name does not pass for those it is given with.
 
-    Three causes at once are less likely than one that is in no catalogue, of which each takes a
-    part: a ghost was a veil, a glare and waves of the response. Two that are easily confused may be
-    halves of a third which is as easily confused with them: row noise that was withheld was flicker
-    noise with interference beside it. Of eight such pairs of the bench (seeds 12, 13, 20 to 22) two
-    were right.
+    Two that are easily confused may be halves of a third which is as easily confused with them: row
+    noise that was withheld was flicker noise with interference beside it. Of eight such pairs of
+    the bench (seeds 12, 13, 20 to 22) two were right.
 
     Args:
         names: all that are given, in the order in which they were added.
@@ -93,7 +91,7 @@ def most_of_several(names: Sequence[str], place: int) -> float:
     """
     others = [*names[:place], *names[place + 1 :]]
     halves = any(confused(names[place], other) for other in others)
-    return MOST_AGAINST if len(names) > 2 or halves else 1.0
+    return MOST_AGAINST if halves else 1.0
 
 
 def most_of_a_shape(effect: Effect, body: Body) -> float:
