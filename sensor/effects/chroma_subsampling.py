@@ -62,7 +62,8 @@ class ChromaSubsampling(Effect):
         maximum=2.0,
         whole=True,
         starts=(1.0,),
-        doc="1 carries whole codes, 2 counts in integers from the pixel on, 0 carries fractions",
+        doc="1 carries whole codes, 2 counts in integers from the pixel on, lines in fixed point too,"
+        " 0 carries fractions",
     )
     of_whole_codes: float = parameter(
         1.0,
@@ -145,13 +146,34 @@ class ChromaSubsampling(Effect):
         number = type(pixel[0])
         carried = [pixel[0] * 0.0, pixel[0] * 0.0]
         for down, part in self._groups_of(row, rows, height, number):
+            line = [pixel[0] * 0.0, pixel[0] * 0.0]
             for across, weight in self._groups_of(column, group, width, number):
                 u, v = carried_at(down, across)
-                carried = [carried[0] + part * weight * u, carried[1] + part * weight * v]
-        if self.drawn == 2:
-            carried = [self._whole(plane) for plane in carried]
+                line = [line[0] + weight * u, line[1] + weight * v]
+            carried = [
+                plane + self._part_of_a_line(part, one)
+                for plane, one in zip(carried, line, strict=True)
+            ]
+        carried = [self._as_drawn(plane) for plane in carried]
         colours = tuple((plane,) for plane in self._shown(pixel, carried, signal))
         return signal.replace(dataclasses.replace(planes, colours=colours))
+
+    @property
+    def _in_fixed_point(self) -> bool:
+        """Whether lines are drawn by integers: each row gives quarters of a code, and what is less
+        than one of these is cut off, as by OpenCV's resize.
+        """
+        return self.whole_codes == 2 and self.drawn == 2
+
+    def _part_of_a_line(self, part: Any, line: Any) -> Any:
+        """What a line of colours gives to those drawn between two."""
+        return dr.floor(part * 4.0 * line) if self._in_fixed_point else part * line
+
+    def _as_drawn(self, plane: Any) -> Any:
+        """Colours of all pixels as a program keeps them."""
+        if self._in_fixed_point:
+            return dr.floor((plane + 2.0) / 4.0)
+        return self._whole(plane) if self.drawn == 2 else plane
 
     def _from(self, group: int) -> list[tuple[int, float]]:
         """What each pixel gives to the colour of a group along one axis, by its place from the
