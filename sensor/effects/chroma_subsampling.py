@@ -62,8 +62,8 @@ class ChromaSubsampling(Effect):
         maximum=2.0,
         whole=True,
         starts=(1.0,),
-        doc="1 carries whole codes, 2 counts in integers from the pixel on, lines in fixed point too,"
-        " 0 carries fractions",
+        doc="1 carries whole codes, 2 counts in integers, with lines in fixed point, 0 carries"
+        " fractions",
     )
     of_whole_codes: float = parameter(
         1.0,
