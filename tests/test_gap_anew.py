@@ -171,11 +171,11 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
     assert led[:3] == [(0.0, rule, 2.0) for rule in rules]
 
 
-@pytest.mark.parametrize(("next_best", "tried"), [(5.2, [2.0, 0.0]), (5.3, [2.0])])
+@pytest.mark.parametrize(("next_best", "tried"), [(5.4, [2.0, 0.0]), (5.6, [2.0])])
 def test_choices_that_are_about_as_likely_before_calibration_are_calibrated_as_well(
     next_best: float, tried: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Up to a twentieth more than the likeliest leaves, which goes first."""
+    """Up to a tenth more than the likeliest leaves, which goes first."""
     leaves = {0.0: next_best, 1.0: 9.0, 2.0: 5.0}
 
     def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
