@@ -19,10 +19,11 @@ from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, inste
 from analysis.gap.verdict.remainder import apart
 from analysis.gap.verdict.suspected import Heard, Look, looked
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import SIGNIFICANCE, Choice, choose
+from analysis.gap.verdict.verdict import MOST_CAUSES, SIGNIFICANCE, Choice, choose
 from sensor.effect import Effect
 
-MOST_EFFECTS = 3
+MOST_EFFECTS = MOST_CAUSES + 1
+"""That are looked for: one more than may be named says that it is none of them."""
 
 ASTRAY = 4.0
 """Misfit from which a camera is not one that was taken from the frames: it was calibrated to what

@@ -25,7 +25,7 @@ def next_door(noise: Array, variance: Floats) -> Figures:
 
     Args:
         noise: in time, of the four lattices of a mosaic, (4, n, h, w).
-        variance: of these, unbiased, (4,).
+        variance: of these where there are whole blocks, unbiased, (4,).
     """
     n = noise.shape[1]
     scale = np.sqrt(variance) * np.sqrt((n - 1) / n)
