@@ -60,9 +60,8 @@ def given_back(effect: Effect) -> tuple[Base, Scenery, Observation, Observation]
     """The light that gives back what an effect takes, a twin under it, and one without either."""
     base, scenery = known().base, known().scenery
     before = twin(scenery, base, seed=3)
-    see = functools.partial(seen_with, effect)
-    seen = see(base, scenery)
-    return *relit(effect, known().lighting, base, scenery, before, seen, see), before
+    base, scenery = relit(known().lighting, base, scenery, before=(), after=[effect], seed=3)
+    return base, scenery, seen_with(effect, base, scenery), before
 
 
 def shading() -> np.ndarray:

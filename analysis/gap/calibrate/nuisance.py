@@ -20,7 +20,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_ways import FREE, light_ways
-from analysis.gap.camera.twin import Scenery, begun_twin, exposure_of, twin
+from analysis.gap.camera.twin import Scenery, begun_twin, exposure_of
 from analysis.gap.look.observation import Observation
 from foundation.cores import ahead
 from sensor.effect import Effect
@@ -189,11 +189,11 @@ def moved_twins(
         effects: what the camera has besides.
     """
 
-    def seen_with(cameras: Iterable[tuple[Base, Sequence[Effect]]]) -> Iterator[Twins]:
-        """Twins of cameras with effects, those of all sets of random numbers for each."""
+    def seen_with(cameras: Iterable[tuple[Base, Scenery, Sequence[Effect]]]) -> Iterator[Twins]:
+        """Twins of cameras under lights with effects, all sets of random numbers for each."""
         seen = ahead(
-            begun_twin(scenery, camera, effects=has, seed=seed)
-            for camera, has in cameras
+            begun_twin(light, camera, effects=has, seed=seed)
+            for camera, light, has in cameras
             for seed in references
         )
         return zip(*[iter(list(seen))] * len(references), strict=True)
@@ -203,8 +203,10 @@ def moved_twins(
         # channels have nothing to do with each other, so all are moved at once and told apart
         camera = cameras.get(knob.name, base)
         cameras[knob.name] = camera.moved(knob.name, knob.channel, knob.step)
-    turned = seen_with((camera, effects) for camera in cameras.values())
-    others: dict[Handle, tuple[Effect, Sequence[Effect]]] = {}
+    turned = seen_with((camera, scenery, effects) for camera in cameras.values())
+    first = next(iter(references))
+    how = lighting(base, scenery, references[first]) if effects else None
+    others: dict[Handle, tuple[Base, Scenery, Sequence[Effect]]] = {}
     steps: dict[Handle, float] = {}
     for k, effect in enumerate(effects):
         for p in effect.parameters():
@@ -213,30 +215,13 @@ def moved_twins(
                 continue
             moves = {h: step_of(effect, p, h.channel) for h in handles}
             steps |= moves
-            other = moved(effect, moves)
-            whole = Handle(effect=effect.name, parameter=p.name)
-            others[whole] = other, [*effects[:k], other, *effects[k + 1 :]]
-    how = lighting(base, scenery, next(iter(references.values()))) if effects else None
-
-    def relit_twins(one: Effect, has: Sequence[Effect], first: Twins) -> Twins:
-        """Twins with effects, one of which may do what the light could do as well."""
-        found = []
-        for (seed, reference), seen in zip(references.items(), first, strict=True):
-
-            def see(base: Base, scenery: Scenery, seed: int = seed) -> Observation:
-                return twin(scenery, base, effects=has, seed=seed)
-
-            found.append(relit(one, how, base, scenery, reference, seen, see)[-1])
-        return tuple(found)
-
-    first = seen_with((base, has) for _, has in others.values())
+            after = [*effects[:k], moved(effect, moves), *effects[k + 1 :]]
+            lit = relit(how, base, scenery, before=effects, after=after, seed=first)
+            others[Handle(effect=effect.name, parameter=p.name)] = *lit, after
     return Moved(
         references=tuple(references.values()),
         knobs=dict(zip(cameras, turned, strict=True)),
-        parameters={
-            whole: relit_twins(*other, seen)
-            for (whole, other), seen in zip(others.items(), first, strict=True)
-        },
+        parameters=dict(zip(others, seen_with(others.values()), strict=True)),
         steps=steps,
     )
 

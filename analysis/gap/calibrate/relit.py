@@ -11,7 +11,7 @@ are held against the stated light, as always, and tell how much of the effect th
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +21,9 @@ from analysis.gap.calibrate.space import LIGHT_FLOOR
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light_ways import FREE, LightWay, changed, image_ways, level_ways
 from analysis.gap.camera.twin import Scenery
+from analysis.gap.camera.twin_light import light_means, of_the_light
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
-from sensor.signal import Quantity
 
 Floats = NDArray[np.float64]
 
@@ -43,13 +43,14 @@ class Lighting:
     """What a change of the light can do to mean images.
 
     Attributes:
-        scenery: the light before.
+        base, scenery: the camera and the light before.
         levels: lamps and channels whose level can change.
         ways: other changes of its images, each with a prior.
         means: what they do, levels first, (levels + ways, shots, channels, blocks).
         solve: from changes of block means to amounts, (levels + ways, the rest).
     """
 
+    base: Base
     scenery: Scenery
     levels: tuple[tuple[str, int], ...]
     ways: tuple[LightWay, ...]
@@ -103,6 +104,7 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
     square = columns @ columns.T + np.diag(np.square(priors))
     solve = np.linalg.pinv(square, hermitian=True) @ columns * weights
     return Lighting(
+        base=base,
         scenery=scenery,
         levels=tuple((lamp, channel) for lamp, channel, _ in levels),
         ways=images,
@@ -112,39 +114,38 @@ def lighting(base: Base, scenery: Scenery, reference: Observation) -> Lighting |
 
 
 def relit(
-    effect: Effect,
     how: Lighting | None,
     base: Base,
     scenery: Scenery,
-    before: Observation,
-    seen: Observation,
-    seen_under: Callable[[Base, Scenery], Observation],
-) -> tuple[Base, Scenery, Observation]:
-    """The light under which an effect leaves pictures as they were, as far as any light can.
+    *,
+    before: Sequence[Effect],
+    after: Sequence[Effect],
+    seed: int,
+) -> tuple[Base, Scenery]:
+    """The light under which effects leave pictures as they were, as far as any light can.
 
     Nothing is known of the level of a lamp, so that it is the camera's: mean images are held
     against stated light that is as bright. They are held against the stated shading.
 
     Args:
-        effect: one that acts behind the light leaves it as it is.
-        how: what a change of the light can do.
-        base, scenery: the camera and the light before.
-        before: a twin without the effect.
-        seen: the twin with it, of the same random numbers.
-        seen_under: the same by some other camera under some other light.
+        how: what a change of the light can do; None where nothing is known of it.
+        base, scenery: a camera with the effects, and the light before.
+        before: what the camera of `how` has besides.
+        after: what this one has; where these differ behind the light, it stays as it is.
+        seed: of the body and everything random.
 
     Returns:
-        the camera with the levels of such light, the scenery, and the twin.
+        the camera with the levels of such light, and the scenery.
     """
-    if how is None or effect.quantity() is not Quantity.RATE:
-        return base, scenery, seen
+    if how is None or of_the_light(before) == of_the_light(after):
+        return base, scenery
+    as_it_was = light_means(how.scenery, how.base, effects=before, seed=seed)
     given_back = np.zeros(len(how.ways))
     for _ in range(ROUNDS):
-        change = (seen.means - before.means).mean(axis=0)
-        levels, more = how.amounts(change - how.shown(given_back))
+        change = light_means(scenery, base, effects=after, seed=seed) - as_it_was
+        levels, more = how.amounts(change)
         if np.abs(how.shown(more, levels)).max() < LEAST_DN:
             break
         given_back = given_back + more
         base, scenery = how.darker(base, levels), how.without(given_back)
-        seen = seen_under(base, scenery)
-    return base, scenery, seen
+    return base, scenery

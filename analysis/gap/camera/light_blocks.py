@@ -1,6 +1,12 @@
-"""The light as the blocks of the mean image see it."""
+"""The light as the blocks of the mean image see it.
+
+Every twin and every step of a calibration asks for the same few, so that they are kept.
+"""
 
 from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,16 +36,40 @@ def blocks_of(rate: Rate, view: View, channels: tuple[str, ...]) -> Floats:
 def lamp_dn(base: Base, light: Light, view: View, lamp: str) -> Floats:
     """What a lamp at level 1 shows in a second, in DN above black: (channels, blocks)."""
     dn_per_rate = base.level[lamp] * base.gain_dn_per_e
-    return dn_per_rate[:, None] * blocks_of(light.rates[lamp], view, base.channels)
+    return dn_per_rate[:, None] * _stated(light, view, base.channels, lamp)
 
 
-def light_noise(light: Light, view: View, channels: tuple[str, ...]) -> dict[str, Floats]:
+KEPT = 8
+"""Of each kind: lights of a few suspects, by lamp."""
+
+
+def _kept(blocks: Floats) -> Floats:
+    blocks.setflags(write=False)
+    return blocks
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _stated(light: Light, view: View, channels: tuple[str, ...], lamp: str) -> Floats:
+    """Blocks of the rates of a lamp, as they were stated."""
+    return _kept(blocks_of(light.rates[lamp], view, channels))
+
+
+@functools.lru_cache(maxsize=KEPT)
+def beyond_stated(light: Light, view: View, channels: tuple[str, ...], lamp: str) -> Floats:
+    """Blocks of what a lamp shows beyond its stated rates, (channels, blocks)."""
+    return _kept(blocks_of(light.falls[lamp] - light.rates[lamp], view, channels))
+
+
+@functools.lru_cache(maxsize=KEPT)
+def light_noise(light: Light, view: View, channels: tuple[str, ...]) -> Mapping[str, Floats]:
     """Relative variance of the light of each block by lamp: (channels, blocks)."""
     sites = [sum(one.channel == channel for one in view.lattices) for channel in channels]
     in_a_block = view.side**2 * np.array(sites, dtype=np.float64)[:, None]
     return {
-        lamp: blocks_of(noise, view, channels)
-        / in_a_block
-        / np.square(np.maximum(blocks_of(light.rates[lamp], view, channels), 1e-30))
+        lamp: _kept(
+            blocks_of(noise, view, channels)
+            / in_a_block
+            / np.square(np.maximum(_stated(light, view, channels, lamp), 1e-30))
+        )
         for lamp, noise in light.noise.items()
     }

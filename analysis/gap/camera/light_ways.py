@@ -15,7 +15,7 @@ from analysis.gap.camera.light import Light, Rate, lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
 from analysis.gap.camera.twin import NOT_CLIPPED, Scenery, exposure_of
 from analysis.gap.look.lattices import BORDER_PX
-from analysis.gap.look.observation import Observation
+from analysis.gap.look.observation import Observation, View
 from foundation.panel import Panel
 
 Floats = NDArray[np.float64]
@@ -131,7 +131,6 @@ def shot_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[
 
 def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
     """Changes of what a lamp that was stated shows: shading, place and reflectances."""
-    rates = scenery.light.rates
     unit = _units(base, scenery)
     lamps = tuple(unit)
 
@@ -154,16 +153,16 @@ def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
                     prior=TINT_PRIOR,
                     add=functools.partial(_shade, scenery, reference.grid, lamp, k, tint),
                 )
-    for moved in (_across, _down, _scaled, _turned):
-        images = {lamp: moved(rates[lamp]) for lamp in lamps}
-        blocks = {
-            lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None]
-            * blocks_of(image, scenery.view, base.channels)
-            for lamp, image in images.items()
+    blocks = _move_blocks(scenery.light, scenery.view, base.channels)
+    for images, of_images in zip(_moves(scenery.light), blocks, strict=True):
+        dn = {
+            lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None] * of_images[lamp]
+            for lamp in lamps
         }
-        yield LightWay(means=everywhere(blocks), prior=FREE, add=functools.partial(_add, images))
+        yield LightWay(means=everywhere(dn), prior=FREE, add=functools.partial(_add, images))
+    shape = scenery.body.height, scenery.body.width
     for panel in scenery.light.panels:
-        where = blocks_of(_mask(panel, scenery), scenery.view, base.channels)
+        where = _inside(panel, shape, scenery.view, base.channels)
         for c in range(len(base.channels)):
             one = np.zeros_like(where)
             one[c] = where[c]
@@ -172,6 +171,37 @@ def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
                 prior=PANEL_PRIOR,
                 add=functools.partial(_brighten, scenery, lamps, base.channels[c], panel),
             )
+
+
+@functools.lru_cache(maxsize=2)
+def _moves(light: Light) -> tuple[Images, ...]:
+    """Changes of what lamps show where the picture lies elsewhere: every step of a calibration asks
+    for them."""
+    return tuple(
+        {lamp: moved(rate) for lamp, rate in light.rates.items()}
+        for moved in (_across, _down, _scaled, _turned)
+    )
+
+
+@functools.lru_cache(maxsize=4)
+def _move_blocks(
+    light: Light, view: View, channels: tuple[str, ...]
+) -> tuple[Mapping[str, Floats], ...]:
+    """Blocks of these changes by lamp, (channels, blocks)."""
+    return tuple(
+        {lamp: blocks_of(image, view, channels) for lamp, image in images.items()}
+        for images in _moves(light)
+    )
+
+
+@functools.lru_cache(maxsize=128)
+def _inside(
+    panel: Panel | None, shape: tuple[int, int], view: View, channels: tuple[str, ...]
+) -> Floats:
+    """Part of each block that lies in a panel, (channels, blocks)."""
+    mask = np.zeros((*shape, 3), dtype=np.float32)
+    mask[_area(panel)] = 1.0
+    return blocks_of(mask, view, channels)
 
 
 def _shadings(x: Floats, y: Floats) -> tuple[Floats, ...]:
@@ -204,12 +234,6 @@ def _shading_images(shape: tuple[int, int], grid: tuple[int, int], pitch_px: int
 
     y, x = np.meshgrid(along(shape[0], grid[0]), along(shape[1], grid[1]), indexing="ij")
     return [one.astype(np.float32)[..., None] for one in _shadings(x, y)]
-
-
-def _mask(panel: Panel, scenery: Scenery) -> Rate:
-    mask = np.zeros((scenery.body.height, scenery.body.width, 3), dtype=np.float32)
-    mask[_area(panel)] = 1.0
-    return mask
 
 
 def _area(panel: Panel | None) -> tuple[slice, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base, Body, camera_of
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
-from analysis.gap.camera.light_blocks import blocks_of, light_noise
+from analysis.gap.camera.light_blocks import beyond_stated, light_noise
 from analysis.gap.look.observation import Observation, Stack, View
 from analysis.gap.look.observe import begun
 from analysis.gap.look.repeats import fresh, repeats
@@ -89,11 +89,7 @@ def begun_twin(
     """
     body = seed if body is None else body
     bare = camera_of(base, scenery.body)
-    level = tuple((lamp, tuple(figures.tolist())) for lamp, figures in base.level.items())
-    where = backend()
-    lights = [
-        _lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots
-    ]
+    lights = lights_of(scenery, base, bare)
     camera = halves_either_way(bare.plus(*effects), effects, body).with_body(body)
     look = begun(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return functools.partial(_under_its_light, look, scenery, base, body)
@@ -139,7 +135,7 @@ def under_stated_light(seen: Observation, scenery: Scenery, base: Base) -> Obser
         if shot.dark:
             continue
         lamp = lamp_of(shot)
-        more = blocks_of(light.falls[lamp] - light.rates[lamp], view, seen.channels)
+        more = beyond_stated(light, view, seen.channels, lamp)
         dn = (base.level[lamp] * base.gain_dn_per_e)[:, None] * more * exposure_of(shot)
         means[:, k] -= np.where(means[:, k] < NOT_CLIPPED * view.top_dn, dn, 0.0)
     return dataclasses.replace(seen, means=means)
@@ -176,6 +172,19 @@ def under_noisy_light(seen: Observation, scenery: Scenery, base: Base, body: int
 
 KEPT_SHOTS = 16
 """Shots whose light is kept on the backend: many twins differ in effects alone."""
+
+
+def lights_of(scenery: Scenery, base: Base, bare: Camera) -> list[Signal]:
+    """The light of each shot before the first effect.
+
+    Args:
+        scenery: light and shots.
+        base: the calibrated camera.
+        bare: the same as a camera without any other effect; see `camera_of`.
+    """
+    level = tuple((lamp, tuple(figures.tolist())) for lamp, figures in base.level.items())
+    where = backend()
+    return [_lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots]
 
 
 @functools.lru_cache(maxsize=KEPT_SHOTS)

@@ -129,19 +129,28 @@ def begun_signature(
     base: Base | None = None,
 ) -> Callable[[], Signature | None]:
     """The same, its first twin begun to be looked at; see `foundation.cores.ahead`."""
-    base = base or known.base
-    under = functools.partial(begun_twin, effects=[*known.effects, effect])
+    effects = (*known.effects, effect)
     try:
-        first = under(known.scenery, base, seed=seeds[0])
+        base, scenery = relit(
+            known.lighting,
+            base or known.base,
+            known.scenery,
+            before=known.effects,
+            after=effects,
+            seed=seeds[0],
+        )
+        under = functools.partial(begun_twin, scenery, base, effects=effects)
+        first = under(seed=seeds[0])
     except InputError:
         return lambda: None
-    return functools.partial(_shown, effect, known, base, seeds, under, first)
+    return functools.partial(_shown, effect, known, base, scenery, seeds, under, first)
 
 
 def _shown(
     effect: Effect,
     known: Fit,
     base: Base,
+    scenery: Scenery,
     seeds: Sequence[int],
     under: Callable[..., Callable[[], Observation]],
     first: Callable[[], Observation],
@@ -151,22 +160,14 @@ def _shown(
     Args:
         effect: with its parameters.
         known: the model.
-        base: the camera before the effect.
+        base, scenery: the camera, and the light by which it takes the pictures with the effect.
         seeds: random numbers.
-        under: begins a twin with the effect of some camera under some light, of some `seed`.
-        first: the first of them, of this camera under the light of the model.
+        under: begins a twin with the effect, of some `seed`.
+        first: the first of them.
     """
     before = [known.references[seed] for seed in seeds]
-
-    def first_under(base: Base, light: Scenery) -> Observation:
-        return under(light, base, seed=seeds[0])()
-
     try:
-        base, scenery, seen_first = relit(
-            effect, known.lighting, base, known.scenery, before[0], first(), first_under
-        )
-        others = ahead(under(scenery, base, seed=seed) for seed in seeds[1:])
-        seen = [seen_first, *others]
+        seen = [first(), *ahead(under(seed=seed) for seed in seeds[1:])]
     except InputError:
         return None
     after = [known.textured(one) for one in seen]

@@ -1,0 +1,48 @@
+"""The light of a twin, as its mean images would show it if a camera had no noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.camera.base import Base, camera_of
+from analysis.gap.camera.light_blocks import blocks_of
+from analysis.gap.camera.twin import Scenery, lights_of
+from sensor.effect import Effect
+from sensor.signal import Quantity
+from sensor.simulation import exposed
+
+Floats = NDArray[np.float64]
+
+
+def of_the_light(effects: Iterable[Effect]) -> tuple[Effect, ...]:
+    """Those that act on light, before it is charge."""
+    return tuple(effect for effect in effects if effect.quantity() is Quantity.RATE)
+
+
+def light_means(
+    scenery: Scenery, base: Base, *, effects: Sequence[Effect] = (), seed: int = 0
+) -> Floats:
+    """Block means of the light of one twin, in DN above black, (shots, channels, blocks).
+
+    What comes after the light is left out, clipping as well, and so is most of the time that a
+    twin takes: no noise is drawn, and light that is the same in all frames is looked at once.
+
+    Args:
+        scenery: light and shots; those in the dark show none.
+        base: the calibrated camera.
+        effects: what it has besides, of which those of the light are looked at.
+        seed: of everything random, and of the body.
+    """
+    bare = camera_of(base, scenery.body)
+    camera = bare.plus(*of_the_light(effects)).with_body(seed)
+    frames = range(scenery.view.frames)
+    pictures = []
+    for light in lights_of(scenery, base, bare):
+        seen = exposed(camera, light, frames, seed=seed, until=Quantity.RATE)
+        rate = seen.value.numpy().mean(axis=0)
+        dn = base.gain_dn_per_e[:, None] * blocks_of(rate, scenery.view, base.channels)
+        pictures.append(dn * (0.0 if light.shot.dark else light.shot.exposure_s))
+    return np.array(pictures)
