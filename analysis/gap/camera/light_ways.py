@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +13,18 @@ from numpy.typing import NDArray
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import Light, Rate, lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
+from analysis.gap.camera.light_images import (
+    PLACES,
+    Amounts,
+    area_of,
+    brighten,
+    move,
+    moves,
+    shade,
+    shadings,
+    with_amounts,
+)
 from analysis.gap.camera.twin import NOT_CLIPPED, Scenery, exposure_of
-from analysis.gap.look.lattices import BORDER_PX
 from analysis.gap.look.observation import Observation, View
 from foundation.panel import Panel
 
@@ -34,11 +44,7 @@ LEVEL_PRIOR = 0.001
 """Of a shot's level against what the manifest states."""
 
 
-Images = dict[str, Rate]
-"""Rate images, or changes of them, by lamp."""
-
-
-def _leave(images: Images, amount: float) -> None:
+def _leave(amounts: Amounts, amount: float) -> None:
     """Change nothing."""
 
 
@@ -49,12 +55,12 @@ class LightWay:
     Attributes:
         means: change of the block means, (shots, channels, blocks).
         prior: standard deviation of its amount.
-        add: so much of the same change to rate images, in place; of a level there is none.
+        add: so much of the same change to that of rate images; of a level there is none.
     """
 
     means: Floats
     prior: float
-    add: Callable[[Images, float], None] = _leave
+    add: Callable[[Amounts, float], None] = _leave
 
 
 def changed(
@@ -68,10 +74,11 @@ def changed(
         ways: in which it differs.
         amounts: of each.
     """
-    shown = {lamp: image.copy() for lamp, image in images.items()}
+    total = Amounts()
     for way, amount in zip(ways, amounts, strict=True):
-        way.add(shown, float(amount))
-    return dataclasses.replace(light, shown={k: np.maximum(v, 0.0) for k, v in shown.items()})
+        way.add(total, float(amount))
+    shown = {lamp: with_amounts(light, lamp, image, total) for lamp, image in images.items()}
+    return dataclasses.replace(light, shown=shown)
 
 
 def level_ways(
@@ -138,28 +145,29 @@ def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
         return _everywhere(by_lamp, scenery, reference)
 
     down, across = reference.grid
+    grid = (down, across, scenery.view.side * scenery.view.lattices[0].step)
     y = np.repeat(np.linspace(-1, 1, down), across)
     x = np.tile(np.linspace(-1, 1, across), down)
-    for k, of_blocks in enumerate(_shadings(x, y)):
+    for k, of_blocks in enumerate(shadings(x, y)):
         for lamp in lamps:
             yield LightWay(
                 means=everywhere({lamp: unit[lamp] * of_blocks}),
                 prior=SHADING_PRIOR,
-                add=functools.partial(_shade, scenery, reference.grid, lamp, k, 1.0),
+                add=functools.partial(shade, lamp, grid, k, 1.0),
             )
             for tint in map(np.array, TINTS if len(base.channels) > 1 else ()):
                 yield LightWay(
                     means=everywhere({lamp: tint[:, None] * unit[lamp] * of_blocks}),
                     prior=TINT_PRIOR,
-                    add=functools.partial(_shade, scenery, reference.grid, lamp, k, tint),
+                    add=functools.partial(shade, lamp, grid, k, tint),
                 )
     blocks = _move_blocks(scenery.light, scenery.view, base.channels)
-    for images, of_images in zip(_moves(scenery.light), blocks, strict=True):
+    for k in range(PLACES):
         dn = {
-            lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None] * of_images[lamp]
+            lamp: (base.level[lamp] * base.gain_dn_per_e)[:, None] * blocks[lamp][k]
             for lamp in lamps
         }
-        yield LightWay(means=everywhere(dn), prior=FREE, add=functools.partial(_add, images))
+        yield LightWay(means=everywhere(dn), prior=FREE, add=functools.partial(move, k))
     shape = scenery.body.height, scenery.body.width
     for panel in scenery.light.panels:
         where = _inside(panel, shape, scenery.view, base.channels)
@@ -169,29 +177,17 @@ def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
             yield LightWay(
                 means=everywhere({lamp: unit[lamp] * one for lamp in lamps}),
                 prior=PANEL_PRIOR,
-                add=functools.partial(_brighten, scenery, lamps, base.channels[c], panel),
+                add=functools.partial(brighten, base.channels[c], panel),
             )
 
 
-@functools.lru_cache(maxsize=2)
-def _moves(light: Light) -> tuple[Images, ...]:
-    """Changes of what lamps show where the picture lies elsewhere: every step of a calibration asks
-    for them."""
-    return tuple(
-        {lamp: moved(rate) for lamp, rate in light.rates.items()}
-        for moved in (_across, _down, _scaled, _turned)
-    )
-
-
 @functools.lru_cache(maxsize=4)
-def _move_blocks(
-    light: Light, view: View, channels: tuple[str, ...]
-) -> tuple[Mapping[str, Floats], ...]:
-    """Blocks of these changes by lamp, (channels, blocks)."""
-    return tuple(
-        {lamp: blocks_of(image, view, channels) for lamp, image in images.items()}
-        for images in _moves(light)
-    )
+def _move_blocks(light: Light, view: View, channels: tuple[str, ...]) -> Mapping[str, Floats]:
+    """Blocks of these changes by lamp, (moves, channels, blocks)."""
+    return {
+        lamp: np.array([blocks_of(image, view, channels) for image in images])
+        for lamp, images in moves(light).items()
+    }
 
 
 @functools.lru_cache(maxsize=128)
@@ -200,90 +196,5 @@ def _inside(
 ) -> Floats:
     """Part of each block that lies in a panel, (channels, blocks)."""
     mask = np.zeros((*shape, 3), dtype=np.float32)
-    mask[_area(panel)] = 1.0
+    mask[area_of(panel)] = 1.0
     return blocks_of(mask, view, channels)
-
-
-def _shadings(x: Floats, y: Floats) -> tuple[Floats, ...]:
-    return x, y, x * x, x * y, y * y
-
-
-def _shade(
-    scenery: Scenery,
-    grid: tuple[int, int],
-    lamp: str,
-    k: int,
-    tint: Floats | float,
-    images: Images,
-    amount: float,
-) -> None:
-    """Add the light of a lamp times the k-th shading."""
-    pitch_px = scenery.view.side * scenery.view.lattices[0].step
-    rate = scenery.light.rates[lamp]
-    shading = _shading_images(rate.shape[:2], grid, pitch_px)[k]
-    images[lamp] += rate * (shading * np.float32(amount * tint))
-
-
-@functools.lru_cache(maxsize=2)
-def _shading_images(shape: tuple[int, int], grid: tuple[int, int], pitch_px: int) -> list[Rate]:
-    """The shadings in every pixel, (H, W, 1) each; 1 in the middle of the last block."""
-
-    def along(size_px: int, blocks: int) -> Floats:
-        at = (np.arange(size_px) + 0.5 - BORDER_PX) / pitch_px - 0.5
-        return np.asarray(2.0 * at / max(blocks - 1, 1) - 1.0)
-
-    y, x = np.meshgrid(along(shape[0], grid[0]), along(shape[1], grid[1]), indexing="ij")
-    return [one.astype(np.float32)[..., None] for one in _shadings(x, y)]
-
-
-def _area(panel: Panel | None) -> tuple[slice, ...]:
-    """Rows and columns of a panel; all of them where there is none."""
-    if panel is None:
-        return slice(None), slice(None)
-    return slice(panel.y, panel.y + panel.h), slice(panel.x, panel.x + panel.w)
-
-
-def _brighten(
-    scenery: Scenery,
-    lamps: Sequence[str],
-    channel: str,
-    panel: Panel | None,
-    images: Images,
-    amount: float,
-) -> None:
-    """Add light in one channel, of a panel or all of it; a grey camera has all colours in one."""
-    colours = slice(None) if channel == "Y" else "RGB".index(channel)
-    area = (*_area(panel), colours)
-    for lamp in lamps:
-        images[lamp][area] += np.float32(amount) * scenery.light.rates[lamp][area]
-
-
-def _add(changes: Images, images: Images, amount: float) -> None:
-    for lamp, change in changes.items():
-        images[lamp] += np.float32(amount) * change
-
-
-def _across(rate: Rate) -> Rate:
-    return np.asarray(np.gradient(rate, axis=1))
-
-
-def _down(rate: Rate) -> Rate:
-    return np.asarray(np.gradient(rate, axis=0))
-
-
-def _about_the_middle(rate: Rate) -> tuple[Rate, Rate]:
-    """Places in widths, right of and below the middle."""
-    h, w = rate.shape[:2]
-    y = (np.arange(h, dtype=np.float32) - h / 2)[:, None, None] / w
-    x = (np.arange(w, dtype=np.float32) - w / 2)[None, :, None] / w
-    return x, y
-
-
-def _scaled(rate: Rate) -> Rate:
-    x, y = _about_the_middle(rate)
-    return np.asarray(x * _across(rate) + y * _down(rate))
-
-
-def _turned(rate: Rate) -> Rate:
-    x, y = _about_the_middle(rate)
-    return np.asarray(x * _down(rate) - y * _across(rate))

@@ -11,7 +11,7 @@ from analysis.gap.camera.base import Base, camera_of
 from analysis.gap.camera.light_blocks import blocks_of
 from analysis.gap.camera.twin import Scenery, lights_of
 from sensor.effect import Effect
-from sensor.signal import Quantity
+from sensor.signal import Quantity, Signal
 from sensor.simulation import exposed
 
 Floats = NDArray[np.float64]
@@ -39,10 +39,14 @@ def light_means(
     bare = camera_of(base, scenery.body)
     camera = bare.plus(*of_the_light(effects)).with_body(seed)
     frames = range(scenery.view.frames)
-    pictures = []
-    for light in lights_of(scenery, base, bare):
+
+    def picture(light: Signal) -> Floats:
         seen = exposed(camera, light, frames, seed=seed, until=Quantity.RATE)
-        rate = seen.value.numpy().mean(axis=0)
-        dn = base.gain_dn_per_e[:, None] * blocks_of(rate, scenery.view, base.channels)
-        pictures.append(dn * (0.0 if light.shot.dark else light.shot.exposure_s))
-    return np.array(pictures)
+        rate = np.asarray(seen.value.numpy()).mean(axis=0)
+        dn_per_s = base.gain_dn_per_e[:, None] * blocks_of(rate, scenery.view, base.channels)
+        return dn_per_s * light.shot.exposure_s
+
+    lights = lights_of(scenery, base, bare)
+    pictures = {light.shot.label: picture(light) for light in lights if not light.shot.dark}
+    none = np.zeros_like(next(iter(pictures.values())))
+    return np.array([pictures.get(light.shot.label, none) for light in lights])
