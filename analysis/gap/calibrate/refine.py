@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -46,7 +46,7 @@ STUCK = 0.03
 STUCK_OF_EXCESS = 0.1
 """The same of what chi-squared has beyond that: a misfit in few figures is little of the whole."""
 
-WORTH_A_STEP = 30.0
+WORTH_A_STEP = 10.0
 """Fall of chi-squared that directions promise, of a model that fits, from which one more step is
 made: by chance it is about the number of knobs at most, and ten where nothing is off."""
 
@@ -180,13 +180,9 @@ def refine(
         tuned: name of the effect whose parameters are fitted along.
     """
 
-    def stepped(point: Refined, part: float = 1.0) -> Refined:
+    def part_of_a_step(point: Refined, part: float) -> Refined:
         amounts = part * calibration(point.space, ways).amounts(point.gap)
-        moved_on = (tune(e, ways, amounts) if e.name == tuned else e for e in point.effects)
-        base = turn(point.base, ways, amounts, still=() if effects else BY_MOMENTS)
-        if not scenery.light.known:
-            base = as_bright(base, point, seen, scenery)
-        return refined(base, seen, scenery, tuple(moved_on))
+        return stepped(point, ways, amounts, seen, scenery, tuned={tuned})
 
     def promise(point: Refined) -> float:
         left = calibration(point.space, ways).left(point.gap)
@@ -197,7 +193,7 @@ def refine(
 
     def downhill(point: Refined) -> Refined | None:
         parts = (1.0, *SHORTER) if promising(point) else (1.0,)
-        tried = (stepped(point, part) for part in parts)
+        tried = (part_of_a_step(point, part) for part in parts)
         return next((one for one in tried if better(one, point)), None)
 
     best = read_at = refined(start, seen, scenery, effects)
@@ -220,6 +216,31 @@ def refine(
         if best.misfit > FITS and best.chi2 < A_LONG_WAY * read_at.chi2:
             ways, read_at = _directions(best, scenery), best
     return best
+
+
+def stepped(
+    point: Refined,
+    ways: Directions,
+    amounts: Floats,
+    seen: Observation,
+    scenery: Scenery,
+    *,
+    tuned: Collection[str],
+) -> Refined:
+    """A camera that is moved, against a capture.
+
+    Args:
+        point: where it is.
+        ways, amounts: how far it is moved in which directions.
+        seen: the frames that fit.
+        scenery: their light and shots.
+        tuned: names of the effects whose parameters move along.
+    """
+    moved_on = (tune(e, ways, amounts) if e.name in tuned else e for e in point.effects)
+    base = turn(point.base, ways, amounts, still=() if point.effects else BY_MOMENTS)
+    if not scenery.light.known:
+        base = as_bright(base, point, seen, scenery)
+    return refined(base, seen, scenery, tuple(moved_on))
 
 
 def better(one: Refined, than: Refined) -> bool:

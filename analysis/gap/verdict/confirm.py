@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined
+from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined, stepped
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import MISFIT, Candidate
@@ -73,25 +73,43 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
     if step.ends or not most:
         return step
+    if _was_calibrated(choice.best):
+        return _nearer(step, _further(setting, step))
     return _nearer(step, _calibrated(setting, step, step.model.effects))
 
 
+def _was_calibrated(found: Candidate) -> bool:
+    """Whether the camera of a suspect is that of steps by twins: not where the frames tell it, or
+    where all that is around it was asked for at once.
+    """
+    return found.model is None and found.told is None
+
+
 def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
-    """The step with the camera as the search for the suspect found it.
+    """The step with the camera that the search for the suspect leads to.
+
+    A search ends where scores tell suspects apart. Its amounts are least squares along directions
+    that were read beside the camera without it, under light as the frames show it to that one, and
+    the camera may still be far from its end: a gamma came out with two thirds of its bend, and a
+    gain that was 4 % too low. So the camera is calibrated with the suspect, under light as the
+    frames show it to both, unless the frames tell the suspect to the last digit.
 
     Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
     """
     found = choice.best
     effects = (*model.effects, found.effect)
     fit_half, _ = halves(setting.seen)
-    now = refined(found.base, fit_half, found.scenery, effects)
-    step = _step(setting, choice, found.model or _around(now, found.scenery))
+    now, scenery = refined(found.base, fit_half, found.scenery, effects), found.scenery
+    if _was_calibrated(found):
+        scenery = as_shown(now, scenery)
+        now = refine(now.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+    step = _step(setting, choice, found.model or _around(now, scenery))
     if step.ends:
         return step
-    again = recounted(now, fit_half, found.scenery)
+    again = recounted(now, fit_half, scenery)
     if again is now:
         return step
-    return _nearer(step, _step(setting, choice, _around(again, found.scenery)))
+    return _nearer(step, _step(setting, choice, _around(again, scenery)))
 
 
 def _nearer(one: Step, other: Step) -> Step:
@@ -102,6 +120,59 @@ def _nearer(one: Step, other: Step) -> Step:
     else:
         closer = second.held.total < first.held.total
     return other if closer else one
+
+
+LONG = 0.5
+"""Standard errors of a parameter beyond which the last step of a fit is not its last."""
+
+LAST_STEPS = 2
+"""At most."""
+
+
+def at_its_end(setting: Setting, step: Step) -> Step:
+    """The same with a camera from which no step leads further, if the last one was long.
+
+    Args:
+        setting: the capture.
+        step: by which the last effect was added.
+    """
+    for _ in range(LAST_STEPS):
+        if not _is_long(step):
+            break
+        further = _further(setting, step)
+        if further.left.whole.total > step.left.whole.total + step.left.held_error:
+            break
+        step = further
+    return step
+
+
+def _further(setting: Setting, step: Step) -> Step:
+    """The same a step further, by all that is known around the camera.
+
+    Steps of a calibration are made by a few twins and the frames that fit, and whatever these are
+    off by chance goes into the camera. Around it there are many twins, all key frames, and the
+    directions of this very place: of a gamma that was 3 standard errors off the first such step
+    leaves 1.
+    """
+    model, left = step.model, step.left
+    fit_half, _ = halves(setting.seen)
+    now = refined(model.base, fit_half, model.scenery, model.effects)
+    tuned = {handle.effect for handle in model.ways.tuned}
+    found = stepped(now, model.ways, left.amounts, fit_half, model.scenery, tuned=tuned)
+    return _step(setting, step.choice, _around(found, model.scenery))
+
+
+def _is_long(step: Step) -> bool:
+    """Whether a parameter that was fitted would move by a good part of what it is known to."""
+    knobs, found = len(step.model.ways.knobs), step.choice.best
+    fitted = zip(
+        step.model.ways.tuned, step.left.amounts[knobs:], step.left.errors[knobs:], strict=False
+    )
+    return any(
+        abs(amount) > LONG * error
+        for handle, amount, error in fitted
+        if found.told is None or handle.effect != found.name
+    )
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:

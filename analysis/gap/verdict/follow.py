@@ -14,7 +14,7 @@ from analysis.gap.suspects.attribute import at_first_sight
 from analysis.gap.suspects.first_look import closer
 from analysis.gap.suspects.told import hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
-from analysis.gap.verdict.confirm import Step, Watch, alone, likeliest_step
+from analysis.gap.verdict.confirm import Step, Watch, alone, at_its_end, likeliest_step
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
 from analysis.gap.verdict.remainder import apart
 from analysis.gap.verdict.suspected import Heard, Look, looked
@@ -57,6 +57,11 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         before = steps[-2].left if len(steps) > 1 else base
         near = before.case.misfit < ASTRAY
         look = search.beside(last.model, last.left, look.shown if near else ())
+    if steps:
+        watch("confirming how strong it is")
+        last = at_its_end(setting, steps[-1])
+        if last is not steps[-1]:
+            steps, p_after = (*steps[:-1], last), last.left.whole.p_value
     return Trail(
         models=(known, *(step.model for step in steps)),
         measured=(base, *(step.left for step in steps)),
