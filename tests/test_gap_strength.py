@@ -71,7 +71,7 @@ def test_a_full_well_is_known_in_octaves() -> None:
 @pytest.mark.parametrize(
     ("told", "value", "error"),
     [
-        (None, 11.0, 0.5),
+        (None, 11.0, np.hypot(0.5, 1.0)),
         ({}, 10.0, 0.5),
         ({"right_cm": 2.0}, 10.0, 2.0),
         ({"right_cm": 0.2}, 10.0, 0.5),
@@ -81,7 +81,8 @@ def test_a_full_well_is_known_in_octaves() -> None:
 def test_what_frames_tell_is_not_moved(
     told: Mapping[str, float] | None, value: float, error: float
 ) -> None:
-    """A last step of 1 +- 0.5 is made by a fit alone, and no error is less than the fit's."""
+    """A last step of 1 +- 0.5 is made by a fit alone, which knows it to as much as it is long, and
+    no error is less than the fit's."""
     lamp = LampDisplacement(right_cm=10.0)
     handle = Handle(effect=lamp.name, parameter="right_cm")
     model: Any = SimpleNamespace(ways=SimpleNamespace(knobs=(), tuned=(handle,)))

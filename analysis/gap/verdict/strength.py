@@ -21,6 +21,8 @@ def figure_of(
     """A parameter after the last step of the fit, with a standard error where it was fitted.
 
     What frames tell by themselves is as it was told: a step of a fit by twins would make it worse.
+    Of what is fitted no step is known better than it is long: steps that do not become shorter are
+    along directions that change on the way, as those of whole codes do.
 
     Args:
         effect, p: the effect and its parameter.
@@ -39,7 +41,10 @@ def figure_of(
         return Figure(value=value, se=None, unit=p.unit)
     if found.told is not None and p.name in found.told:
         return Figure(value=value, se=max(error, found.told[p.name]), unit=p.unit)
-    moved = value if found.told is not None else last_step(p, value, float(after.amounts[place]))
+    moved = value
+    if found.told is None:
+        by = float(after.amounts[place])
+        moved, error = last_step(p, value, by), float(np.hypot(error, by))
     if p.identity is not None:
         error = max(error, least_error(p, moved, found.score))
     return Figure(value=moved, se=error, unit=p.unit)
