@@ -15,8 +15,9 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
-from analysis.gap.verdict.confirm import _far_nearer, _nearer, _rivals
+from analysis.gap.verdict.confirm import _far_nearer, _rivals
 from analysis.gap.verdict.later import deserves, earned, instead_of_it
+from analysis.gap.verdict.step import nearer
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
 
@@ -278,11 +279,11 @@ def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken()
         return SimpleNamespace(left=SimpleNamespace(held=far, whole=far))
 
     hides, even = step(-0.04, 1e-23), step(0.01, 0.3)
-    assert _nearer(hides, even) is even
-    assert _nearer(even, hides) is even
+    assert nearer(hides, even) is even
+    assert nearer(even, hides) is even
     large, larger = step(0.5, 1e-90), step(0.8, 1e-40)
-    assert _nearer(larger, large) is large
-    assert _nearer(even, large) is even
+    assert nearer(larger, large) is large
+    assert nearer(even, large) is even
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ standard error and a the next step,
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +17,8 @@ import numpy as np
 from analysis.gap.calibrate.fit import around
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import Setting, look
-from analysis.gap.verdict.confirm import LONG, Step, at_its_end
+from analysis.gap.verdict.last_steps import LONG, at_its_end
+from analysis.gap.verdict.step import Step
 from analysis.identifiability.known import base_of
 from sensor.effects.gamma import Gamma
 from sensor.record import record
@@ -58,21 +58,19 @@ def test_steps_go_on_until_they_are_short() -> None:
     begun = step_with(0.965)
     _, first, error = gamma_of(begun)
     assert abs(first) > 5 * error
-    exponent, last, error = gamma_of(at_its_end(setting(), begun))
+    exponent, last, error = gamma_of(at_its_end(setting(), begun, {"gamma"}))
     assert abs(last) < LONG * error
     assert abs(exponent + last - TRUTH) < ONCE_IN_A_THOUSAND * error
 
 
 def test_where_the_last_step_is_short_no_other_is_made() -> None:
-    there = at_its_end(setting(), step_with(0.965))
-    assert at_its_end(setting(), there) is there
+    there = at_its_end(setting(), step_with(0.965), {"gamma"})
+    assert at_its_end(setting(), there, {"gamma"}) is there
 
 
 def test_what_frames_tell_is_not_moved() -> None:
-    by_frames = dataclasses.replace(candidate("gamma", 500.0), told={"exponent": 1e-4})
-    choice: Any = SimpleNamespace(best=by_frames)
-    told = dataclasses.replace(step_with(0.965), choice=choice)
-    assert at_its_end(setting(), told) is told
+    begun = step_with(0.965)
+    assert at_its_end(setting(), begun, set()) is begun
 
 
 def test_a_step_that_leads_away_is_not_made() -> None:
@@ -82,4 +80,4 @@ def test_a_step_that_leads_away_is_not_made() -> None:
     wrong.held_error = begun.left.held_error
     astray: Any = SimpleNamespace(choice=begun.choice, model=begun.model, left=wrong, ends=True)
     assert np.abs(wrong.amounts).max() > 0
-    assert at_its_end(setting(), astray) is astray
+    assert at_its_end(setting(), astray, {"gamma"}) is astray

@@ -25,8 +25,8 @@ from analysis.gap.look.arithmetic import FINER, OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
 from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
-from analysis.gap.verdict.confirm import Watch
 from analysis.gap.verdict.follow import follow
+from analysis.gap.verdict.step import Watch
 from analysis.gap.verdict.trail import Trail
 from foundation.cores import libraries_beside_other_work
 from render.rate import RateImage

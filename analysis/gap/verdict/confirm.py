@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
-from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import Refined, as_shown, refine, refined, stepped
+from analysis.gap.calibrate.fit import Fit
+from analysis.gap.calibrate.refine import as_shown, refine, refined
 from analysis.gap.camera.handles import does_nothing
-from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import MISFIT, Candidate
-from analysis.gap.measure.measured import Measured, measured
+from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.recount import recounted
-from analysis.gap.verdict.closing import CERTAIN, TELLS_LITTLE, TOO_WIDE, accounts, closed
+from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, closed
+from analysis.gap.verdict.last_steps import further
+from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
 from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from sensor.effect import Effect
-
-Watch = Callable[[str], None]
 
 SECOND_LOOK = 0.2
 """Part of the best score from which another suspect is tried where the best leaves something: one
@@ -33,18 +31,6 @@ than chance."""
 
 NEARLY_CLOSED = 1e-3
 """What a rival may leave where the best leaves something beyond doubt."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Step:
-    """An effect that was added: what is said of it, the model with it, and what that leaves;
-    `ends` where nothing more is to be added.
-    """
-
-    choice: Choice
-    model: Fit
-    left: Measured
-    ends: bool
 
 
 def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: Watch) -> Step:
@@ -69,13 +55,13 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
             # what it was chosen for is its score as it was found
             moved = dataclasses.replace(again, score=found.score, misfit=found.misfit)
             choice = dataclasses.replace(choice, best=moved)
-            step = _nearer(step, _as_found(setting, model, choice))
+            step = nearer(step, _as_found(setting, model, choice))
     most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
     if step.ends or not most:
         return step
     if _was_calibrated(choice.best):
-        return _nearer(step, _further(setting, step))
-    return _nearer(step, _calibrated(setting, step, step.model.effects))
+        return nearer(step, further(setting, step, {found.name}))
+    return nearer(step, _calibrated(setting, step, step.model.effects))
 
 
 def _was_calibrated(found: Candidate) -> bool:
@@ -103,76 +89,13 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     if _was_calibrated(found):
         scenery = as_shown(now, scenery)
         now = refine(now.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=found.name)
-    step = _step(setting, choice, found.model or _around(now, scenery))
+    step = step_of(setting, choice, found.model or around_it(now, scenery))
     if step.ends:
         return step
     again = recounted(now, fit_half, scenery)
     if again is now:
         return step
-    return _nearer(step, _step(setting, choice, _around(again, scenery)))
-
-
-def _nearer(one: Step, other: Step) -> Step:
-    """The one that leaves less; where both leave little, whose worst family is likelier."""
-    first, second = one.left, other.left
-    if max(first.held.total, second.held.total) < TELLS_LITTLE:
-        closer = min(second.whole.p_by_family.values()) > min(first.whole.p_by_family.values())
-    else:
-        closer = second.held.total < first.held.total
-    return other if closer else one
-
-
-LONG = 0.5
-"""Standard errors of a parameter beyond which the last step of a fit is not its last."""
-
-LAST_STEPS = 2
-"""At most."""
-
-
-def at_its_end(setting: Setting, step: Step) -> Step:
-    """The same with a camera from which no step leads further, if the last one was long.
-
-    Args:
-        setting: the capture.
-        step: by which the last effect was added.
-    """
-    for _ in range(LAST_STEPS):
-        if not _is_long(step):
-            break
-        further = _further(setting, step)
-        if further.left.whole.total > step.left.whole.total + step.left.held_error:
-            break
-        step = further
-    return step
-
-
-def _further(setting: Setting, step: Step) -> Step:
-    """The same a step further, by all that is known around the camera.
-
-    Steps of a calibration are made by a few twins and the frames that fit, and whatever these are
-    off by chance goes into the camera. Around it there are many twins, all key frames, and the
-    directions of this very place: of a gamma that was 3 standard errors off the first such step
-    leaves 1.
-    """
-    model, left = step.model, step.left
-    fit_half, _ = halves(setting.seen)
-    now = refined(model.base, fit_half, model.scenery, model.effects)
-    tuned = {handle.effect for handle in model.ways.tuned}
-    found = stepped(now, model.ways, left.amounts, fit_half, model.scenery, tuned=tuned)
-    return _step(setting, step.choice, _around(found, model.scenery))
-
-
-def _is_long(step: Step) -> bool:
-    """Whether a parameter that was fitted would move by a good part of what it is known to."""
-    knobs, found = len(step.model.ways.knobs), step.choice.best
-    fitted = zip(
-        step.model.ways.tuned, step.left.amounts[knobs:], step.left.errors[knobs:], strict=False
-    )
-    return any(
-        abs(amount) > LONG * error
-        for handle, amount, error in fitted
-        if found.told is None or handle.effect != found.name
-    )
+    return nearer(step, step_of(setting, choice, around_it(again, scenery)))
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
@@ -191,12 +114,7 @@ def _calibrated(setting: Setting, step: Step, effects: Sequence[Effect]) -> Step
     scenery, name = step.model.scenery, effects[-1].name
     fit_half, _ = halves(setting.seen)
     found = refine(step.model.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=name)
-    return _step(setting, step.choice, _around(found, scenery))
-
-
-def _around(found: Refined, scenery: Scenery) -> Fit:
-    """Everything around a model, under light as the frames show it to a camera like that."""
-    return around(found.base, as_shown(found, scenery), found.effects)
+    return step_of(setting, step.choice, around_it(found, scenery))
 
 
 def likeliest_step(
@@ -257,11 +175,6 @@ def closes_by_width(step: Step, now: Measured) -> bool:
         now: the capture against the model without it.
     """
     return step.left.held.total < TOO_WIDE or not accounts(step.choice.best, now, step.left)
-
-
-def _step(setting: Setting, choice: Choice, model: Fit) -> Step:
-    left = measured(model, setting.seen)
-    return Step(choice=choice, model=model, left=left, ends=left.whole.p_value >= SIGNIFICANCE)
 
 
 def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:

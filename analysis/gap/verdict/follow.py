@@ -14,9 +14,11 @@ from analysis.gap.suspects.attribute import at_first_sight
 from analysis.gap.suspects.first_look import closer
 from analysis.gap.suspects.told import hints_of_frames, told_by
 from analysis.gap.verdict.closing import nothing_left
-from analysis.gap.verdict.confirm import Step, Watch, alone, at_its_end, likeliest_step
+from analysis.gap.verdict.confirm import alone, likeliest_step
+from analysis.gap.verdict.last_steps import at_its_end
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
 from analysis.gap.verdict.remainder import apart
+from analysis.gap.verdict.step import Step, Watch
 from analysis.gap.verdict.suspected import Heard, Look, looked
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import MOST_CAUSES, SIGNIFICANCE, Choice, choose
@@ -57,11 +59,13 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         before = steps[-2].left if len(steps) > 1 else base
         near = before.case.misfit < ASTRAY
         look = search.beside(last.model, last.left, look.shown if near else ())
-    if steps:
+    if 0 < len(steps) <= MOST_CAUSES:
         watch("confirming how strong it is")
-        last = at_its_end(setting, steps[-1])
-        if last is not steps[-1]:
-            steps, p_after = (*steps[:-1], last), last.left.whole.p_value
+        fitted = {one.name for one in (step.choice.best for step in steps) if one.told is None}
+        last = at_its_end(setting, steps[-1], fitted)
+        chance = last.left.whole.p_value
+        p_after = chance if steps[-1].ends else min(p_after, chance)
+        steps = (*steps[:-1], last)
     return Trail(
         models=(known, *(step.model for step in steps)),
         measured=(base, *(step.left for step in steps)),

@@ -13,7 +13,7 @@ from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.attribute import attribute
 from analysis.gap.suspects.first_look import closer, shows, weaker
 from analysis.gap.suspects.told import hints_of
-from analysis.gap.verdict.confirm import Watch
+from analysis.gap.verdict.step import Watch
 from analysis.gap.verdict.verdict import both, p_of_best, telling
 from sensor.effect import Effect
 

@@ -1,0 +1,57 @@
+"""Steps of a calibration by all that is known around a camera, once it has been measured."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from analysis.gap.calibrate.refine import refined, stepped
+from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.verdict.step import Step, around_it, step_of
+
+LONG = 0.5
+"""Standard errors of a parameter beyond which the last step of a fit is not its last."""
+
+LAST_STEPS = 2
+"""At most."""
+
+
+def at_its_end(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
+    """The same with a camera from which no step leads further, if the last one was long.
+
+    Args:
+        setting: the capture.
+        step: by which the last effect was added.
+        tuned: names of the effects whose parameters are fitted.
+    """
+    for _ in range(LAST_STEPS):
+        if not _is_long(step, tuned):
+            break
+        longer = further(setting, step, tuned)
+        if longer.left.whole.total > step.left.whole.total + step.left.held_error:
+            break
+        step = longer
+    return step
+
+
+def further(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
+    """The same a step further, by all that is known around the camera.
+
+    Steps of a calibration are made by a few twins and the frames that fit, and whatever these are
+    off by chance goes into the camera. Around it there are many twins, all key frames, and the
+    directions of this very place: of a gamma that was 3 standard errors off the first such step
+    leaves 1.
+    """
+    model, amounts = step.model, step.left.amounts
+    fit_half, _ = halves(setting.seen)
+    now = refined(model.base, fit_half, model.scenery, model.effects)
+    found = stepped(now, model.ways, amounts, fit_half, model.scenery, tuned=tuned)
+    return step_of(setting, step.choice, around_it(found, model.scenery))
+
+
+def _is_long(step: Step, tuned: Collection[str]) -> bool:
+    """Whether a parameter would move by a good part of what it is known to."""
+    knobs = len(step.model.ways.knobs)
+    steps = zip(
+        step.model.ways.tuned, step.left.amounts[knobs:], step.left.errors[knobs:], strict=False
+    )
+    return any(abs(by) > LONG * error for handle, by, error in steps if handle.effect in tuned)
