@@ -63,8 +63,9 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         watch("confirming how strong it is")
         fitted = {one.name for one in (step.choice.best for step in steps) if one.told is None}
         last = at_its_end(setting, steps[-1], fitted)
-        chance = last.left.whole.p_value
-        p_after = chance if steps[-1].ends else min(p_after, chance)
+        # a suspect that stands out beside the model as it was may still do so
+        of_it = p_after == steps[-1].left.whole.p_value
+        p_after = last.left.whole.p_value if of_it else min(p_after, last.left.whole.p_value)
         steps = (*steps[:-1], last)
     return Trail(
         models=(known, *(step.model for step in steps)),
