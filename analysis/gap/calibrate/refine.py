@@ -46,7 +46,7 @@ STUCK = 0.03
 STUCK_OF_EXCESS = 0.1
 """The same of what chi-squared has beyond that: a misfit in few figures is little of the whole."""
 
-WORTH_A_STEP = 10.0
+WORTH_A_STEP = 30.0
 """Fall of chi-squared that directions promise, of a model that fits, from which one more step is
 made: by chance it is about the number of knobs at most, and ten where nothing is off."""
 

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from analysis.gap.calibrate.fit import Fit
-from analysis.gap.calibrate.refine import as_shown, refine, refined
+from analysis.gap.calibrate.refine import FITS, as_shown, refine, refined
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured
@@ -14,7 +14,6 @@ from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, closed
-from analysis.gap.verdict.last_steps import further
 from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
 from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from sensor.effect import Effect
@@ -59,16 +58,7 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
     if step.ends or not most:
         return step
-    if _was_calibrated(choice.best):
-        return nearer(step, further(setting, step, {found.name}))
     return nearer(step, _calibrated(setting, step, step.model.effects))
-
-
-def _was_calibrated(found: Candidate) -> bool:
-    """Whether the camera of a suspect is that of steps by twins: not where the frames tell it, or
-    where all that is around it was asked for at once.
-    """
-    return found.model is None and found.told is None
 
 
 def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
@@ -77,8 +67,10 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     A search ends where scores tell suspects apart. Its amounts are least squares along directions
     that were read beside the camera without it, under light as the frames show it to that one, and
     the camera may still be far from its end: a gamma came out with two thirds of its bend, and a
-    gain that was 4 % too low. So the camera is calibrated with the suspect, under light as the
-    frames show it to both, unless the frames tell the suspect to the last digit.
+    gain that was 4 % too low. So where both fit the camera is calibrated with the suspect, under
+    light as the frames show it to both, unless these tell the suspect to the last digit. Where they
+    do not fit, something else is wrong as well, and would go into the suspect: interference beside
+    a filter in time lost its period.
 
     Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
     """
@@ -86,7 +78,7 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     effects = (*model.effects, found.effect)
     fit_half, _ = halves(setting.seen)
     now, scenery = refined(found.base, fit_half, found.scenery, effects), found.scenery
-    if _was_calibrated(found):
+    if now.misfit <= FITS and found.model is None and found.told is None:
         scenery = as_shown(now, scenery)
         now = refine(now.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=found.name)
     step = step_of(setting, choice, found.model or around_it(now, scenery))

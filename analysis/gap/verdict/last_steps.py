@@ -18,22 +18,24 @@ LAST_STEPS = 2
 def at_its_end(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
     """The same with a camera from which no step leads further, if the last one was long.
 
+    Where a model leaves something, steps follow what is left, wherever that leads.
+
     Args:
         setting: the capture.
         step: by which the last effect was added.
         tuned: names of the effects whose parameters are fitted.
     """
     for _ in range(LAST_STEPS):
-        if not _is_long(step, tuned):
+        if not (step.ends and _is_long(step, tuned)):
             break
-        longer = further(setting, step, tuned)
+        longer = _further(setting, step, tuned)
         if longer.left.whole.total > step.left.whole.total + step.left.held_error:
             break
         step = longer
     return step
 
 
-def further(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
+def _further(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
     """The same a step further, by all that is known around the camera.
 
     Steps of a calibration are made by a few twins and the frames that fit, and whatever these are
