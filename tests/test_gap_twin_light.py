@@ -1,11 +1,13 @@
 """The light of a twin in DN, which has no noise:
 
-    DN above black = gain x level x S x rate x exposure
+    DN = black + gain x (level x S x rate + dark current that shows) x exposure
 
 with S of an effect that acts on light, and 1 of everything behind it.
 """
 
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from analysis.gap.camera.twin import exposure_of, twin
 from analysis.gap.camera.twin_light import light_means
 from analysis.gap.ready.setting import look
 from analysis.identifiability.known import base_of
+from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.smear import Smear
 from sensor.effects.vignetting_excess import VignettingExcess
@@ -34,7 +37,15 @@ def stated(shading: np.ndarray | float = 1.0) -> np.ndarray:
     rate = light().rate_e_per_s * shading
     blocks = blocks_of(rate.astype(np.float32), SCENERY.view, BASE.channels)
     dn_per_s = (BASE.gain_dn_per_e * BASE.level[LAMP])[:, None] * blocks
-    return np.array([0 * dn_per_s if s.dark else dn_per_s * exposure_of(s) for s in SCENERY.shots])
+    shown = BASE.gain_dn_per_e[:, None] * BASE.shown_e_per_s
+    return np.array(
+        [
+            0 * dn_per_s
+            if s.dark
+            else BASE.black_dn[:, None] + dn_per_s * exposure_of(s) + shown * s.exposure_s
+            for s in SCENERY.shots
+        ]
+    )
 
 
 def test_light_alone_is_the_light_that_was_stated() -> None:
@@ -59,3 +70,13 @@ def test_light_that_changes_is_looked_at_frame_by_frame() -> None:
     change = light_means(SCENERY, BASE, effects=drift, seed=3) - light_means(SCENERY, BASE, seed=3)
     lit = [k for k, shot in enumerate(SCENERY.shots) if not shot.dark]
     assert change[lit].mean() == pytest.approx(noisy[lit].mean(), rel=0.02)
+
+
+def test_light_that_falls_everywhere_is_a_dark_current() -> None:
+    """So much more of one and less of the other is the same picture, and no light to give back."""
+    rate = 900.0
+    less = dataclasses.replace(BASE, shown_e_per_s=BASE.shown_e_per_s - rate)
+    even = [AmbientLight(rate_e_per_s=rate, share_in_dark=1.0)]
+    assert light_means(SCENERY, less, effects=even, seed=3) == pytest.approx(
+        light_means(SCENERY, BASE, seed=3), rel=1e-4
+    )

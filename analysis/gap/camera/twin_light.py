@@ -25,13 +25,14 @@ def of_the_light(effects: Iterable[Effect]) -> tuple[Effect, ...]:
 def light_means(
     scenery: Scenery, base: Base, *, effects: Sequence[Effect] = (), seed: int = 0
 ) -> Floats:
-    """Block means of the light of one twin, in DN above black, (shots, channels, blocks).
+    """Block means of one twin in DN, as far as light, black level and dark current make them,
+    (shots, channels, blocks).
 
-    What comes after the light is left out, clipping as well, and so is most of the time that a
-    twin takes: no noise is drawn, and light that is the same in all frames is looked at once.
+    What other effects do is left out, clipping as well, and so is most of the time that a twin
+    takes: no noise is drawn, and light that is the same in all frames is looked at once.
 
     Args:
-        scenery: light and shots; those in the dark show none.
+        scenery: light and shots; those in the dark are nought.
         base: the calibrated camera.
         effects: what it has besides, of which those of the light are looked at.
         seed: of everything random, and of the body.
@@ -43,8 +44,9 @@ def light_means(
     def picture(light: Signal) -> Floats:
         seen = exposed(camera, light, frames, seed=seed, until=Quantity.RATE)
         rate = np.asarray(seen.value.numpy()).mean(axis=0)
-        dn_per_s = base.gain_dn_per_e[:, None] * blocks_of(rate, scenery.view, base.channels)
-        return dn_per_s * light.shot.exposure_s
+        e_per_s = blocks_of(rate, scenery.view, base.channels) + base.shown_e_per_s
+        e = e_per_s * light.shot.exposure_s
+        return base.gain_dn_per_e[:, None] * e + base.black_dn[:, None]
 
     lights = lights_of(scenery, base, bare)
     pictures = {light.shot.label: picture(light) for light in lights if not light.shot.dark}

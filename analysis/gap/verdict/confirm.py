@@ -68,9 +68,9 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     that were read beside the camera without it, under light as the frames show it to that one, and
     the camera may still be far from its end: a gamma came out with two thirds of its bend, and a
     gain that was 4 % too low. So where both fit the camera is calibrated with the suspect, under
-    light as the frames show it to both, unless these tell the suspect to the last digit. Where they
-    do not fit, something else is wrong as well, and would go into the suspect: interference beside
-    a filter in time lost its period.
+    light as the frames show it to both, unless these tell the suspect to the last digit. Where that
+    leaves something, it is as it was found: whatever else is wrong would go into the suspect, and a
+    black level that walks would go into the light.
 
     Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
     """
@@ -79,8 +79,11 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     fit_half, _ = halves(setting.seen)
     now, scenery = refined(found.base, fit_half, found.scenery, effects), found.scenery
     if now.misfit <= FITS and found.model is None and found.told is None:
-        scenery = as_shown(now, scenery)
-        now = refine(now.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=found.name)
+        lit = as_shown(now, scenery)
+        fitted = refine(now.base, fit_half, lit, effects, steps=ANEW_STEPS, tuned=found.name)
+        calibrated = step_of(setting, choice, around_it(fitted, lit))
+        if calibrated.ends:
+            return calibrated
     step = step_of(setting, choice, found.model or around_it(now, scenery))
     if step.ends:
         return step
