@@ -18,7 +18,8 @@ LAST_STEPS = 2
 def at_its_end(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
     """The same with a camera from which no step leads further, if the last one was long.
 
-    Where a model leaves something, steps follow what is left, wherever that leads.
+    Where a model leaves something, steps follow what is left, wherever that leads. One that leaves
+    something where nothing was left is not made.
 
     Args:
         setting: the capture.
@@ -29,7 +30,8 @@ def at_its_end(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
         if not (step.ends and _is_long(step, tuned)):
             break
         longer = _further(setting, step, tuned)
-        if longer.left.whole.total > step.left.whole.total + step.left.held_error:
+        worse = longer.left.whole.total > step.left.whole.total + step.left.held_error
+        if worse or not longer.ends:
             break
         step = longer
     return step
