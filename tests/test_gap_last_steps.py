@@ -13,10 +13,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from analysis.gap.calibrate.fit import around
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import Setting, look
+from analysis.gap.verdict import last_steps
 from analysis.gap.verdict.last_steps import LONG, at_its_end
 from analysis.gap.verdict.step import Step
 from analysis.identifiability.known import base_of
@@ -81,3 +83,23 @@ def test_a_step_that_leads_away_is_not_made() -> None:
     astray: Any = SimpleNamespace(choice=begun.choice, model=begun.model, left=wrong, ends=True)
     assert np.abs(wrong.amounts).max() > 0
     assert at_its_end(setting(), astray, {"gamma"}) is astray
+
+
+def test_a_step_that_leaves_something_where_nothing_was_left_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whatever it leaves in total: one family may be off where all others are nearer."""
+    begun = step_with(0.965)
+    for ends in (False, True):
+        further: Any = SimpleNamespace(
+            choice=begun.choice,
+            model=begun.model,
+            left=SimpleNamespace(
+                whole=SimpleNamespace(total=begun.left.whole.total - 1.0),
+                amounts=np.zeros_like(begun.left.amounts),
+                errors=begun.left.errors,
+            ),
+            ends=ends,
+        )
+        monkeypatch.setattr(last_steps, "_further", lambda *_, step=further: step)
+        assert (at_its_end(setting(), begun, {"gamma"}) is further) is ends

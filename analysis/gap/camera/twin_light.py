@@ -1,4 +1,4 @@
-"""The light of a twin, as its mean images would show it if a camera had no noise."""
+"""The light of a twin and its dark current, as mean images would show them without noise."""
 
 from __future__ import annotations
 

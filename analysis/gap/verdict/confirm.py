@@ -66,8 +66,8 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
 
     A search ends where scores tell suspects apart. Its amounts are least squares along directions
     that were read beside the camera without it, under light as the frames show it to that one, and
-    the camera may still be far from its end: a gamma came out with two thirds of its bend, and a
-    gain that was 4 % too low. So where both fit the camera is calibrated with the suspect, under
+    the camera may still be far from its end: a gamma came out with 70 % of its bend, beside a gain
+    that was 4 % too low. So where both fit the camera is calibrated with the suspect, under
     light as the frames show it to both, unless these tell the suspect to the last digit. Where that
     leaves something, it is as it was found: whatever else is wrong would go into the suspect, and a
     black level that walks would go into the light.
