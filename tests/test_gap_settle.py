@@ -8,22 +8,25 @@ over the edge, make it known to a tenth or two; 0.6 is three times that.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 
 import pytest
 
 from analysis.gap.calibrate.fit import around
+from analysis.gap.calibrate.refine import refined
 from analysis.gap.measure.case import Candidate, Case, candidate
 from analysis.gap.measure.distance import distance
 from analysis.gap.measure.measured import measured
 from analysis.gap.measure.signature import signature
 from analysis.gap.measure.twins_spread import spread_of
 from analysis.gap.ready.setting import look
-from analysis.gap.suspects.anew import MISFIT, OFF, elsewhere
+from analysis.gap.suspects.anew import MISFIT, OFF, SCATTERS, elsewhere
 from analysis.gap.suspects.settle import settled
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
 from sensor.effects.dust_shadow import DustShadow
+from sensor.effects.jpeg import Jpeg
 from sensor.effects.veiling_glare import VeilingGlare
 from sensor.record import record
 from tests.short import PROTOCOL, camera, light
@@ -33,15 +36,27 @@ BEYOND_DOUBT = 1e-20
 
 
 @functools.cache
-def dusty() -> Case:
-    """A capture with dust against the camera without."""
-    taken = camera().plus(DUST).with_body(5)
+def against_the_camera_without(effect: Effect) -> Case:
+    """A capture with an effect against the camera without."""
+    taken = camera().plus(effect).with_body(5)
     setting = look(
         record(taken, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=5), {"lamp": light()}
     )
     assert setting is not None
     known = around(base_of(camera(), ["lamp"]), setting.scenery)
     return measured(known, setting.seen).case
+
+
+def dusty() -> Case:
+    """A capture with dust against the camera without."""
+    return against_the_camera_without(DUST)
+
+
+def begun(case: Case, effect: Effect) -> Candidate:
+    """A suspect as it begins."""
+    shown = signature(effect, case.known)
+    assert shown is not None
+    return candidate(case, shown, 0.0)
 
 
 def power(dust: Effect) -> float:
@@ -75,16 +90,23 @@ def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
     """By the errors of a camera without dust as little of it as this explains next to nothing; by
     its own most is gone. A veil is the same in every body."""
     case = dusty()
-
-    def begun(effect: Effect) -> Candidate:
-        shown = signature(effect, case.known)
-        assert shown is not None
-        return candidate(case, shown, 0.0)
-
-    found = elsewhere(case, begun(DustShadow()))
+    found = elsewhere(case, begun(case, DustShadow()))
     assert found is not None
     assert found.model is not None
     assert found.misfit > MISFIT
     assert found.off <= OFF
     assert left(found.effect) > 0.01
-    assert elsewhere(case, begun(VeilingGlare())) is None
+    assert elsewhere(case, begun(case, VeilingGlare())) is None
+
+
+def test_what_few_twins_make_less_of_is_not_settled() -> None:
+    """Where another effect does nearly all of it, a suspect that does next to nothing leaves less by
+    the errors of few twins than the model does by those of all. So does the model by few. Errors of
+    all that are half as wide make chi-squared four times as much.
+    """
+    case = against_the_camera_without(Jpeg(quality=60))
+    case = dataclasses.replace(case, fit_left=2.0 * case.fit_left)
+    suspect = begun(case, VeilingGlare())
+    own = refined(suspect.base, case.fit_seen, suspect.scenery, (suspect.effect,))
+    assert own.misfit < SCATTERS * min(suspect.misfit, case.misfit)
+    assert elsewhere(case, suspect) is None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.fit import Fit
+from analysis.gap.calibrate.refine import Refined, refined
 from analysis.gap.calibrate.space import Space
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
@@ -48,6 +50,11 @@ class Case:
     def misfit(self) -> float:
         """Chi-squared of the frames that fit, over what is expected."""
         return float(np.square(self.fit_left).sum() / self.fitting.spread.expected.sum())
+
+    @cached_property
+    def bare(self) -> Refined:
+        """The model itself, by as few twins as a suspect is calibrated by."""
+        return refined(self.known.base, self.fit_seen, self.known.scenery, self.known.effects)
 
 
 def case_of(known: Fit, whole: Yardstick, fit_seen: Observation, score_seen: Observation) -> Case:

@@ -164,10 +164,12 @@ def elsewhere(case: Case, found: Candidate) -> Candidate | None:
 
 def _scatters(case: Case, found: Candidate, own: Refined) -> bool:
     """Whether a suspect leaves much by the errors of a model without it, and not by its own."""
-    # what is done to pictures is the same in every body; and what was led astray leaves more than
-    # there was, by any errors
-    of_bodies = found.effect.stage not in (Stage.PROCESSING, Stage.TRANSPORT)
-    return of_bodies and own.misfit < SCATTERS * min(found.misfit, case.misfit)
+    # what is done to pictures is the same in every body; what was led astray leaves more than there
+    # was, by any errors; and few twins make less of what neither model has
+    if found.effect.stage in (Stage.PROCESSING, Stage.TRANSPORT):
+        return False
+    less = own.misfit < SCATTERS * min(found.misfit, case.misfit)
+    return less and own.misfit < SCATTERS * case.bare.misfit
 
 
 def _settled(case: Case, found: Candidate) -> Candidate:
