@@ -100,9 +100,9 @@ def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
 
 
 def test_what_few_twins_make_less_of_is_not_settled() -> None:
-    """Where another effect does nearly all of it, a suspect that does next to nothing leaves less by
-    the errors of few twins than the model does by those of all. So does the model by few. Errors of
-    all that are half as wide make chi-squared four times as much.
+    """Where another effect does nearly all of it, a suspect that does next to nothing leaves less
+    by the errors of few twins than the model does by those of all. So does the model by few. Errors
+    of all that are half as wide make chi-squared four times as much.
     """
     case = against_the_camera_without(Jpeg(quality=60))
     case = dataclasses.replace(case, fit_left=2.0 * case.fit_left)
