@@ -78,8 +78,8 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     effects = (*model.effects, found.effect)
     fit_half, _ = halves(setting.seen)
     now, scenery = refined(found.base, fit_half, found.scenery, effects), found.scenery
+    lit = as_shown(now, scenery)
     if now.misfit <= FITS and found.model is None and found.told is None:
-        lit = as_shown(now, scenery)
         fitted = refine(now.base, fit_half, lit, effects, steps=ANEW_STEPS, tuned=found.name)
         calibrated = step_of(setting, choice, around_it(fitted, lit))
         if calibrated.ends:
@@ -87,10 +87,11 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     step = step_of(setting, choice, found.model or around_it(now, scenery))
     if step.ends:
         return step
-    again = recounted(now, fit_half, scenery)
-    if again is now:
+    shown = refined(now.base, fit_half, lit, effects)
+    again = recounted(shown, fit_half, lit)
+    if again is shown:
         return step
-    return nearer(step, step_of(setting, choice, around_it(again, scenery)))
+    return nearer(step, step_of(setting, choice, around_it(again, lit)))
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
