@@ -1,0 +1,74 @@
+"""A suspect as it was found, and the camera with it.
+
+Light that a search has changed for a suspect is as wrong as the camera beside which it was
+changed. Frames show it: with light that falls off from +d to -d across the picture, and a camera
+that is right otherwise, a step of calibration leaves less than a tenth of d.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.gap.calibrate.fit import around
+from analysis.gap.calibrate.refine import Refined
+from analysis.gap.camera.twin import Scenery
+from analysis.gap.ready.setting import look
+from analysis.gap.verdict import confirm
+from analysis.gap.verdict.verdict import Choice
+from analysis.identifiability.known import base_of
+from sensor.effects.sharpening import Sharpening
+from sensor.record import record
+from tests.candidates import candidate
+from tests.short import PROTOCOL, camera, light
+
+LAMP = "lamp"
+FALL = 0.05
+
+
+def shaded(scenery: Scenery) -> Scenery:
+    """Under light that falls off from left to right."""
+    rates = scenery.light.rates[LAMP]
+    fall = 1.0 + FALL * np.linspace(1.0, -1.0, rates.shape[1])
+    shown = {LAMP: rates * fall[None, :, None]}
+    return dataclasses.replace(scenery, light=dataclasses.replace(scenery.light, shown=shown))
+
+
+def fall_of(scenery: Scenery) -> float:
+    """Half of how much brighter the left half is than the right one, of what the truth would be."""
+    ratio = scenery.light.falls[LAMP] / light().rate_e_per_s
+    left, right = (half.mean() for half in np.array_split(np.asarray(ratio), 2, axis=1))
+    return float((left - right) / (left + right))
+
+
+def test_processing_is_counted_anew_under_light_as_the_frames_show_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sharp = Sharpening(amount=0.8)
+    setting = look(
+        record(camera().plus(sharp), PROTOCOL, {LAMP: light().rate_e_per_s}), {LAMP: light()}
+    )
+    assert setting is not None
+    known = around(base_of(camera(), [LAMP]), setting.scenery)
+    begun = shaded(setting.scenery)
+    assert abs(fall_of(begun)) == pytest.approx(FALL / 2, rel=0.05)
+    found = dataclasses.replace(
+        candidate("sharpening", 500.0),
+        effect=Sharpening(amount=0.1),
+        base=known.base,
+        scenery=begun,
+    )
+    heard: list[Scenery] = []
+
+    def as_it_is(now: Refined, seen: Any, scenery: Scenery) -> Refined:
+        heard.append(scenery)
+        return now
+
+    monkeypatch.setattr(confirm, "recounted", as_it_is)
+    choice = Choice(best=found, probability=0.9, alike=(), by_name={})
+    assert not confirm._as_found(setting, known, choice).ends
+    (scenery,) = heard
+    assert abs(fall_of(scenery)) < FALL / 20
