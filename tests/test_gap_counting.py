@@ -1,0 +1,52 @@
+"""A converter of more bits is taken for the cause of uneven codes where it is likelier as a whole.
+
+With L the likelihood of all figures, -2 ln L falls by as much as the figures of histograms fall if
+these are independent. They are not: the same few codes are counted by their place in 2, 4 and 8.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from analysis.gap.calibrate import counting
+from analysis.gap.calibrate.counting import UNEVEN, in_finer_codes
+
+NOTHING: Any = None
+
+
+def model(arithmetic: int, *, uneven: float, deviance: float) -> Any:
+    """A camera against frames, as far as ways of counting are told by it."""
+    base = SimpleNamespace(arithmetic=arithmetic)
+    return SimpleNamespace(
+        base=base, effects=(), uneven=uneven, deviance=deviance, misfit=1.0, chi2=deviance
+    )
+
+
+@pytest.mark.parametrize(
+    ("uneven", "deviance", "taken"),
+    [
+        (1.0, 900.0, True),  # even, and likelier
+        (1.0, 1080.0, False),  # even by chance: a few codes of one dark
+        (0.8 * UNEVEN, 900.0, False),  # something else is uneven
+    ],
+)
+def test_finer_codes_are_likelier_and_even(
+    monkeypatch: pytest.MonkeyPatch, uneven: float, deviance: float, taken: bool
+) -> None:
+    found = model(0, uneven=1.2 * UNEVEN, deviance=1000.0)
+    finer = model(11, uneven=uneven, deviance=deviance)
+    monkeypatch.setattr(counting, "unevenness", lambda one: one.uneven)
+    monkeypatch.setattr(counting, "finer", lambda *_: iter([finer.base]))
+    for step in ("refined", "refine"):
+        monkeypatch.setattr(counting, step, lambda *_: finer)
+    assert (in_finer_codes(found, NOTHING, NOTHING) is finer) is taken
+
+
+def test_even_codes_are_left_alone() -> None:
+    """Nothing is simulated."""
+    found = model(0, uneven=0.0, deviance=1000.0)
+    found.space, found.gap = SimpleNamespace(keys=()), ()
+    assert in_finer_codes(found, NOTHING, NOTHING) is found
