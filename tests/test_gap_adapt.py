@@ -81,6 +81,32 @@ def test_a_weak_effect_has_the_strength_that_shows_as_much(
     assert own.score < 0.5 * adapted.clearest.score
 
 
+def test_between_nothing_and_too_much_it_is_looked_for_by_halves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Above a threshold at 0.6 of the default strength an effect grows as the fourth power, the
+    steepest that is believed, of what is beyond: 8 of 500 are shown by
+
+        s = 0.6 + 0.4 (8 / 500)^(1/4) = 0.742
+
+    and powers of the strength itself lead to 0.36, where there is nothing."""
+    truth = 0.6 + 0.4 * (8.0 / 500.0) ** 0.25
+
+    def shows(strength: float) -> float:
+        return 500.0 * (max(0.0, strength - 0.6) / 0.4) ** 4
+
+    def signature(effect: Effect, known: Any) -> Signature:
+        assert isinstance(effect, RowNoise)
+        return shown(shows(effect.sigma_e / DEFAULT_E) * SHAPE, effect, KEYS, sets=2)
+
+    monkeypatch.setattr(adapt, "signature", signature)
+    case = capture(8.0 * SHAPE)
+    found = hold(signature(RowNoise(), None), case.fitting.turned, case.fit_left)
+    adapted = adapt.adapted(case, found)
+    assert isinstance(adapted.effect, RowNoise)
+    assert adapted.effect.sigma_e / DEFAULT_E == pytest.approx(truth, rel=0.1)
+
+
 def test_what_grows_by_no_power_of_its_strength_stays_where_it_is_clearest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from analysis.gap.suspects import recount
 from sensor.effect import Effect
+from sensor.effects.blooming import Blooming
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.effects.row_noise import RowNoise
 
@@ -19,12 +20,13 @@ def model(base: str, effect: Effect) -> Any:
     return SimpleNamespace(base=base, effects=(effect,))
 
 
-@pytest.mark.parametrize("effect", [ColorMatrix(saturation=1.04), RowNoise()])
+@pytest.mark.parametrize("effect", [ColorMatrix(saturation=1.04), Blooming(), RowNoise()])
 @pytest.mark.parametrize("counts", ["in fractions", "in whole numbers"])
-def test_the_strength_of_processing_alone_is_looked_for_by_the_way_of_counting(
+def test_the_strength_of_what_jumps_alone_is_looked_for_by_the_way_of_counting(
     effect: Effect, counts: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A matrix behind whole numbers was fitted behind fractions, at 1.036 instead of 1.030."""
+    """A matrix behind whole numbers was fitted behind fractions, at 1.036 instead of 1.030; and no
+    small step leads back to a full well from one that nothing fills."""
     now = model("in fractions", effect)
     likelier = ColorMatrix(saturation=1.03)
 
@@ -40,9 +42,9 @@ def test_the_strength_of_processing_alone_is_looked_for_by_the_way_of_counting(
     monkeypatch.setattr(recount, "in_finer_codes", lambda found, *_: found)
     monkeypatch.setattr(recount, "another_valley", lambda one, *_: model(one.base, likelier))
     found = recount.recounted(now, NOTHING, NOTHING)
-    processing = isinstance(effect, ColorMatrix)
+    jumps = not isinstance(effect, RowNoise)
     assert found.base == counts
-    assert found.effects == ((likelier,) if processing else (effect,))
-    assert (found is now) == (counts == "in fractions" and not processing)
+    assert found.effects == ((likelier,) if jumps else (effect,))
+    assert (found is now) == (counts == "in fractions" and not jumps)
     monkeypatch.setattr(recount, "another_valley", lambda *_: None)
     assert recount.recounted(now, NOTHING, NOTHING).effects == (effect,)

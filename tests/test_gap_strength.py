@@ -31,6 +31,13 @@ def test_a_last_step_does_not_take_an_effect_away(value: float, by: float, expec
     assert strength_of.last_step(strength, value, by) == expected
 
 
+@pytest.mark.parametrize(("by", "expected"), [(500.0, 17_500.0), (-8500.0, 17_000.0)])
+def test_a_last_step_does_not_lead_far_from_a_threshold(by: float, expected: float) -> None:
+    """Half of a full well shows another picture, and not twice the first."""
+    full_well = next(p for p in catalogue()["blooming"].parameters() if p.name == "full_well_e")
+    assert strength_of.last_step(full_well, 17_000.0, by) == expected
+
+
 def test_errors_of_a_model_that_does_not_fit_are_as_much_larger() -> None:
     """A family of 8 times the chi-squared that is expected makes errors sqrt(8) times as large, if
     chance does not; the one with the largest share need not be the one that is beyond it."""

@@ -22,7 +22,8 @@ USUAL_RESPONSE = 1.5
 shows as its variance, what bends and blurs as itself."""
 
 RESPONSES = (0.5, 4.0)
-"""Powers that are believed."""
+"""Powers that are believed; between a strength that shows less and one that shows more any higher
+one is."""
 
 ABOUT = 4.0
 """Amounts up to which, either way, a strength is about right."""
@@ -33,6 +34,9 @@ what grows by no power of its strength, as where photosites are full, is not fol
 
 NEXT_TO_NOTHING = 1e-3
 """Part of what the capture has that no strength shows less of."""
+
+HALVINGS = 3
+"""Strengths that are tried between one that shows nothing and one that shows too much."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,7 +75,15 @@ def adapted(case: Case, found: Evidence) -> Adapted:
         if moved is None or moved.effect in {one.effect for one in tried.values()}:
             break
         tried[aim] = hold(moved, turned, case.fit_left)
-        clearest = max(tried.values(), key=lambda one: one.score)
+        clearest = _clearest(tried)
+        aim = _aim(case, tried, clearest)
+    for _ in range(HALVINGS):
+        between = _between(case, tried, clearest)
+        moved = None if between is None else signature(scaled(found.effect, between), case.known)
+        if between is None or moved is None:
+            break
+        tried[between] = hold(moved, turned, case.fit_left)
+        clearest = _clearest(tried)
         aim = _aim(case, tried, clearest)
     near = min(tried, key=lambda factor: abs(np.log(factor / aim)) if factor * aim > 0 else np.inf)
     if _about_right(clearest) and tried[near].score < ASTRAY * clearest.score:
@@ -82,6 +94,61 @@ def adapted(case: Case, found: Evidence) -> Adapted:
 def _about_right(found: Evidence) -> bool:
     """Whether an effect is about as strong as the capture has it."""
     return 1 / ABOUT <= found.amount <= ABOUT
+
+
+def _clearest(tried: Mapping[float, Evidence]) -> Evidence:
+    return max(tried.values(), key=lambda one: one.score)
+
+
+def _shown(
+    case: Case, tried: Mapping[float, Evidence], clearest: Evidence
+) -> list[tuple[float, float]]:
+    """How much of the clearest signature each strength shows, by factor; nearest first to as much
+    as the capture has, of which none shows less than next to nothing.
+
+    Args:
+        case: the capture.
+        tried: the effect by factor of its strength.
+        clearest: one of them, of which the capture has some.
+    """
+    own = next(factor for factor, one in tried.items() if one is clearest)
+    amount = clearest.amount
+    space = case.fitting.turned.space
+    template = clearest.left[: len(space.families)] / clearest.norm
+    # below a threshold there is nothing, whatever the noise says
+    known = [
+        (
+            factor,
+            max(float(space.vector(*one.signature.plain) @ template), NEXT_TO_NOTHING * amount),
+        )
+        for factor, one in tried.items()
+        if factor * own > 0
+    ]
+    return sorted(known, key=lambda one: abs(np.log(one[1] / amount)))
+
+
+def _between(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float | None:
+    """A strength between the strongest that shows nothing and the weakest that shows more than the
+    capture has; None where one shows about as much.
+
+    What sets in above a full well or a threshold grows by no power of its strength: of a full well
+    of 16.6 ke- one of 14 shows so much that 31 seemed right, which no photosite fills.
+
+    Args:
+        case: the capture.
+        tried: the effect by factor of its strength.
+        clearest: one of them.
+    """
+    amount = clearest.amount
+    if amount <= 0:
+        return None
+    shown = _shown(case, tried, clearest)
+    nothing = [abs(factor) for factor, part in shown if part <= NEXT_TO_NOTHING * amount]
+    too_much = [abs(factor) for factor, part in shown if part > RIGHT[1] * amount]
+    some = len(shown) - len(nothing) - len(too_much)
+    if some or not nothing or not too_much or max(nothing) >= min(too_much):
+        return None
+    return float(np.copysign(np.sqrt(max(nothing) * min(too_much)), shown[0][0]))
 
 
 def _aim(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float:
@@ -97,21 +164,11 @@ def _aim(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> flo
     amount = clearest.amount
     if amount <= 0:
         return -own * min(-amount, 4.0)
-    space = case.fitting.turned.space
-    template = clearest.left[: len(space.families)] / clearest.norm
-    # below a threshold there is nothing, whatever the noise says
-    known = [
-        (
-            factor,
-            max(float(space.vector(*one.signature.plain) @ template), NEXT_TO_NOTHING * amount),
-        )
-        for factor, one in tried.items()
-        if factor * own > 0
-    ]
-    (factor, part), *others = sorted(known, key=lambda one: abs(np.log(one[1] / amount)))
+    (factor, part), *others = _shown(case, tried, clearest)
     response = USUAL_RESPONSE
     if others:
         beyond = [one for one in others if (one[1] > amount) is not (part > amount)]
         other, other_part = (beyond or others)[0]
-        response = float(np.clip(np.log(part / other_part) / np.log(factor / other), *RESPONSES))
+        least, most = RESPONSES[0], np.inf if beyond else RESPONSES[1]
+        response = float(np.clip(np.log(part / other_part) / np.log(factor / other), least, most))
     return factor * float(np.clip((amount / part) ** (1.0 / response), 0.1, 8.0))

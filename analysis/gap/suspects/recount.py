@@ -26,8 +26,11 @@ def recounted(now: Refined, seen: Observation, scenery: Scenery) -> Refined:
         again = in_finer_codes(now, seen, scenery)
     else:
         again = refine(base, seen, scenery, now.effects, steps=ANEW_STEPS, tuned=last.name)
-    # what is done to whole codes is fitted where it was found, by another way of counting
-    valley = another_valley(again, seen, scenery) if last.stage is Stage.PROCESSING else None
+    # what is done to whole codes is fitted where it was found, by another way of counting; and of
+    # what sets in above a threshold a step that is too long leaves nothing to step back by
+    sets_in = any(p.inverse for p in last.parameters())
+    jumps = last.stage is Stage.PROCESSING or sets_in
+    valley = another_valley(again, seen, scenery) if jumps else None
     if valley is None:
         return again
     return refine(valley.base, seen, scenery, valley.effects, steps=ANEW_STEPS, tuned=last.name)

@@ -14,6 +14,10 @@ from analysis.gap.verdict.verdict import SIGNIFICANCE
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
+FURTHEST = 0.25
+"""Part of a threshold from which the last step of it is not made: what grows by no power of it lies
+along no direction so far away."""
+
 
 def figure_of(
     effect: Effect, p: Parameter, model: Fit, after: Measured, found: Candidate
@@ -74,8 +78,11 @@ def last_step(p: Parameter, value: float, by: float) -> float:
     """A parameter after the last step of the fit, inside its range.
 
     A strength is not moved to where the effect vanishes, or beyond: that there is one has been
-    shown, and a step that says otherwise only says how little it knows.
+    shown, and a step that says otherwise only says how little it knows. So does one that leads far
+    away from a threshold.
     """
+    if p.inverse and abs(by) > FURTHEST * abs(value):
+        return value
     moved = p.clipped(value + by)
     gone = p.identity is not None and (moved - p.identity) * (value - p.identity) <= 0
     return value if gone else moved
