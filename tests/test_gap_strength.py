@@ -12,8 +12,11 @@ import pytest
 
 from analysis.gap.camera.handles import Handle, free_parameters
 from analysis.gap.measure.distance import Distance
+from analysis.gap.report import Figure
 from analysis.gap.verdict import strength as strength_of
 from sensor.catalogue import catalogue
+from sensor.effect import Effect
+from sensor.effects.blooming import Blooming
 from sensor.effects.lamp_displacement import LampDisplacement
 from tests.candidates import candidate
 
@@ -75,6 +78,24 @@ def test_a_full_well_is_known_in_octaves() -> None:
     assert np.log2((value + error) / value) == pytest.approx(octaves / (2 * z), rel=0.05)
 
 
+def fitted(effect: Effect, parameter: str, by: float, error: float, told: Any = None) -> Figure:
+    """A parameter as it is reported whose last step is this long."""
+    handle = Handle(effect=effect.name, parameter=parameter)
+    model: Any = SimpleNamespace(ways=SimpleNamespace(knobs=(), tuned=(handle,)))
+    whole = Distance(total=0.0, by_family={}, p_by_family={}, p_value=0.5)
+    after: Any = SimpleNamespace(amounts=np.array([by]), errors=np.array([error]), whole=whole)
+    found = dataclasses.replace(candidate(effect.name, 1e4), told=told)
+    (p,) = (p for p in free_parameters(effect) if p.name == parameter)
+    return strength_of.figure_of(effect, p, model, after, found)
+
+
+def test_a_step_that_is_not_made_says_nothing_of_a_threshold() -> None:
+    """It is known to a quarter then."""
+    figure = fitted(Blooming(full_well_e=17_000.0), "full_well_e", -8500.0, 500.0)
+    assert figure.value == 17_000.0
+    assert figure.se == pytest.approx(np.hypot(500.0, 17_000.0 / 4))
+
+
 @pytest.mark.parametrize(
     ("told", "value", "error"),
     [
@@ -90,14 +111,7 @@ def test_what_frames_tell_is_not_moved(
 ) -> None:
     """A last step of 1 +- 0.5 is made by a fit alone, which knows it to as much as it is long, and
     no error is less than the fit's."""
-    lamp = LampDisplacement(right_cm=10.0)
-    handle = Handle(effect=lamp.name, parameter="right_cm")
-    model: Any = SimpleNamespace(ways=SimpleNamespace(knobs=(), tuned=(handle,)))
-    whole = Distance(total=0.0, by_family={}, p_by_family={}, p_value=0.5)
-    after: Any = SimpleNamespace(amounts=np.array([1.0]), errors=np.array([0.5]), whole=whole)
-    found = dataclasses.replace(candidate(lamp.name, 1e4), told=told)
-    (right_cm,) = free_parameters(lamp)
-    figure = strength_of.figure_of(lamp, right_cm, model, after, found)
+    figure = fitted(LampDisplacement(right_cm=10.0), "right_cm", 1.0, 0.5, told)
     assert figure.value == pytest.approx(value)
     assert figure.se == pytest.approx(error)
 

@@ -15,8 +15,8 @@ from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
 FURTHEST = 0.25
-"""Part of a threshold from which the last step of it is not made: what grows by no power of it lies
-along no direction so far away."""
+"""Part of a threshold beyond which the last step of it is not made, and says nothing of how well it
+is known: what grows by no power of it lies along no direction so far away."""
 
 
 def figure_of(
@@ -48,7 +48,10 @@ def figure_of(
     moved = value
     if found.told is None:
         by = float(after.amounts[place])
-        moved, error = last_step(p, value, by), float(np.hypot(error, by))
+        moved, error = (
+            last_step(p, value, by),
+            float(np.hypot(error, min(abs(by), _reach(p, value)))),
+        )
     if p.identity is not None:
         error = max(error, least_error(p, moved, found.score))
     return Figure(value=moved, se=error, unit=p.unit)
@@ -81,11 +84,16 @@ def last_step(p: Parameter, value: float, by: float) -> float:
     shown, and a step that says otherwise only says how little it knows. So does one that leads far
     away from a threshold.
     """
-    if p.inverse and abs(by) > FURTHEST * abs(value):
+    if abs(by) > _reach(p, value):
         return value
     moved = p.clipped(value + by)
     gone = p.identity is not None and (moved - p.identity) * (value - p.identity) <= 0
     return value if gone else moved
+
+
+def _reach(p: Parameter, value: float) -> float:
+    """The longest step of a parameter that is believed."""
+    return FURTHEST * abs(value) if p.inverse else np.inf
 
 
 def least_error(p: Parameter, value: float, score: float) -> float:
