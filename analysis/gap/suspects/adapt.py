@@ -65,26 +65,26 @@ def adapted(case: Case, found: Evidence) -> Adapted:
     """
     turned = case.fitting.turned
     here = signature(found.effect, case.known) if case.known.effects else None
-    clearest = found if here is None else hold(here, turned, case.fit_left)
-    tried = {1.0: clearest}
-    aim = _aim(case, tried, clearest)
-    for _ in range(ROUNDS):
-        if aim == 0 or any(RIGHT[0] <= aim / factor <= RIGHT[1] for factor in tried):
-            break
-        moved = signature(scaled(found.effect, aim), case.known)
+    tried = {1.0: found if here is None else hold(here, turned, case.fit_left)}
+
+    def simulated(factor: float) -> bool:
+        """Try a strength; False where the suspect cannot be had with it, or was before."""
+        moved = signature(scaled(found.effect, factor), case.known)
         if moved is None or moved.effect in {one.effect for one in tried.values()}:
+            return False
+        tried[factor] = hold(moved, turned, case.fit_left)
+        return True
+
+    for _ in range(ROUNDS):
+        aim = _aim(case, tried)
+        known = any(RIGHT[0] <= aim / factor <= RIGHT[1] for factor in tried)
+        if aim == 0 or known or not simulated(aim):
             break
-        tried[aim] = hold(moved, turned, case.fit_left)
-        clearest = _clearest(tried)
-        aim = _aim(case, tried, clearest)
     for _ in range(HALVINGS):
-        between = _between(case, tried, clearest)
-        moved = None if between is None else signature(scaled(found.effect, between), case.known)
-        if between is None or moved is None:
+        between = _between(case, tried)
+        if between is None or not simulated(between):
             break
-        tried[between] = hold(moved, turned, case.fit_left)
-        clearest = _clearest(tried)
-        aim = _aim(case, tried, clearest)
+    clearest, aim = _clearest(tried), _aim(case, tried)
     near = min(tried, key=lambda factor: abs(np.log(factor / aim)) if factor * aim > 0 else np.inf)
     if _about_right(clearest) and tried[near].score < ASTRAY * clearest.score:
         return Adapted(effect=clearest.effect, nearest=clearest, clearest=clearest)
@@ -100,34 +100,38 @@ def _clearest(tried: Mapping[float, Evidence]) -> Evidence:
     return max(tried.values(), key=lambda one: one.score)
 
 
-def _shown(
-    case: Case, tried: Mapping[float, Evidence], clearest: Evidence
-) -> list[tuple[float, float]]:
-    """How much of the clearest signature each strength shows, by factor; nearest first to as much
-    as the capture has, of which none shows less than next to nothing.
+def _factor(tried: Mapping[float, Evidence], one: Evidence) -> float:
+    return next(factor for factor, other in tried.items() if other is one)
+
+
+def _shown(case: Case, tried: Mapping[float, Evidence]) -> list[tuple[float, float]]:
+    """How much of the clearest signature each strength shows, by factor, as a part of what the
+    capture has of it; nearest first to as much. None shows less than next to nothing.
 
     Args:
-        case: the capture.
+        case: the capture, which has some of it.
         tried: the effect by factor of its strength.
-        clearest: one of them, of which the capture has some.
     """
-    own = next(factor for factor, one in tried.items() if one is clearest)
-    amount = clearest.amount
+    clearest = _clearest(tried)
+    own = _factor(tried, clearest)
     space = case.fitting.turned.space
     template = clearest.left[: len(space.families)] / clearest.norm
     # below a threshold there is nothing, whatever the noise says
     known = [
         (
             factor,
-            max(float(space.vector(*one.signature.plain) @ template), NEXT_TO_NOTHING * amount),
+            max(
+                float(space.vector(*one.signature.plain) @ template) / clearest.amount,
+                NEXT_TO_NOTHING,
+            ),
         )
         for factor, one in tried.items()
         if factor * own > 0
     ]
-    return sorted(known, key=lambda one: abs(np.log(one[1] / amount)))
+    return sorted(known, key=lambda one: abs(np.log(one[1])))
 
 
-def _between(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float | None:
+def _between(case: Case, tried: Mapping[float, Evidence]) -> float | None:
     """A strength between the strongest that shows nothing and the weakest that shows more than the
     capture has; None where one shows about as much.
 
@@ -137,38 +141,34 @@ def _between(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) ->
     Args:
         case: the capture.
         tried: the effect by factor of its strength.
-        clearest: one of them.
     """
-    amount = clearest.amount
-    if amount <= 0:
+    if _clearest(tried).amount <= 0:
         return None
-    shown = _shown(case, tried, clearest)
-    nothing = [abs(factor) for factor, part in shown if part <= NEXT_TO_NOTHING * amount]
-    too_much = [abs(factor) for factor, part in shown if part > RIGHT[1] * amount]
+    shown = _shown(case, tried)
+    nothing = [abs(factor) for factor, part in shown if part <= NEXT_TO_NOTHING]
+    too_much = [abs(factor) for factor, part in shown if part > RIGHT[1]]
     some = len(shown) - len(nothing) - len(too_much)
     if some or not nothing or not too_much or max(nothing) >= min(too_much):
         return None
     return float(np.copysign(np.sqrt(max(nothing) * min(too_much)), shown[0][0]))
 
 
-def _aim(case: Case, tried: Mapping[float, Evidence], clearest: Evidence) -> float:
+def _aim(case: Case, tried: Mapping[float, Evidence]) -> float:
     """The strength, as a factor, with which an effect shows as much of its clearest signature as
     the capture has: what each strength shows of it is known far better than the capture is.
 
     Args:
         case: the capture.
         tried: the effect by factor of its strength.
-        clearest: one of them.
     """
-    own = next(factor for factor, one in tried.items() if one is clearest)
-    amount = clearest.amount
-    if amount <= 0:
-        return -own * min(-amount, 4.0)
-    (factor, part), *others = _shown(case, tried, clearest)
+    clearest = _clearest(tried)
+    if clearest.amount <= 0:
+        return -_factor(tried, clearest) * min(-clearest.amount, 4.0)
+    (factor, part), *others = _shown(case, tried)
     response = USUAL_RESPONSE
     if others:
-        beyond = [one for one in others if (one[1] > amount) is not (part > amount)]
+        beyond = [one for one in others if (one[1] > 1.0) is not (part > 1.0)]
         other, other_part = (beyond or others)[0]
         least, most = RESPONSES[0], np.inf if beyond else RESPONSES[1]
         response = float(np.clip(np.log(part / other_part) / np.log(factor / other), least, most))
-    return factor * float(np.clip((amount / part) ** (1.0 / response), 0.1, 8.0))
+    return factor * float(np.clip(part ** (-1.0 / response), 0.1, 8.0))

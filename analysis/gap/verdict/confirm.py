@@ -72,7 +72,8 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     leaves something, it is as it was found: whatever else is wrong would go into the suspect, and a
     black level that walks would go into the light.
 
-    Processing hides how a demosaicer counts, and shows it once it is itself accounted for.
+    Processing hides how a demosaicer counts, and shows it once it is itself accounted for, under
+    that light.
     """
     found = choice.best
     effects = (*model.effects, found.effect)

@@ -48,10 +48,8 @@ def figure_of(
     moved = value
     if found.told is None:
         by = float(after.amounts[place])
-        moved, error = (
-            last_step(p, value, by),
-            float(np.hypot(error, min(abs(by), _reach(p, value)))),
-        )
+        moved = last_step(p, value, by)
+        error = float(np.hypot(error, min(abs(by), _reach(p, value))))
     if p.identity is not None:
         error = max(error, least_error(p, moved, found.score))
     return Figure(value=moved, se=error, unit=p.unit)
