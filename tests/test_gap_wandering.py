@@ -1,4 +1,4 @@
-"""The walk of a black level is told by the means of dark frames."""
+"""The walk of a black level is told by the means of dark frames and of their rows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from analysis.gap.diagnose import diagnose
 from analysis.gap.ready.setting import look
 from analysis.gap.ready.wandering import walk, wandering, wanders
 from sensor.catalogue import catalogue
+from sensor.effect import Effect
 from sensor.effects.black_level_drift import BlackLevelDrift
+from sensor.effects.row_noise import RowNoise
+from sensor.effects.spatial_denoise import SpatialDenoise
 from sensor.record import record
 from tests.short import PROTOCOL, camera, light
 
@@ -19,14 +22,14 @@ FRAMES = 40
 
 
 def walks(
-    number: int, sigma_e: float, length: float, white_e: float, seed: int
+    number: int, sigma_e: float, length: float, white_e: float, seed: int, count: int = FRAMES
 ) -> list[np.ndarray]:
-    """Means of the frames of shots of a first-order process, with white noise on top."""
+    """Series of a first-order process with white noise on top: means of the frames of a shot."""
     rng = np.random.default_rng(seed)
     rho = np.exp(-1.0 / length)
     there = sigma_e * rng.standard_normal(number)
     means = []
-    for _ in range(FRAMES):
+    for _ in range(count):
         means.append(there + white_e * rng.standard_normal(number))
         there = rho * there + np.sqrt(1 - rho**2) * sigma_e * rng.standard_normal(number)
     return list(np.transpose(means))
@@ -77,6 +80,39 @@ def test_a_capture_whose_black_walks_begins_where_moments_put_it() -> None:
         found = diagnose(taken, stated={"lamp": light()}, suspects=suspects()).report
         assert [e.name for e in found.effects] == ["black_level_drift"]
         assert found.gap.p_value_after > 0.01
+
+
+def test_what_walks_down_the_rows_is_told_by_their_means() -> None:
+    """At 4 standard errors for two figures. These are the scatter of what as many series of such a
+    process, with the read noise of a row on top, say of themselves."""
+    dark, dim, bright = (dataclasses.replace(shot, frames=64) for shot in PROTOCOL.shot)
+    protocol = dataclasses.replace(PROTOCOL, shot=(dark, dim, bright))
+    length, sigma_e = 12.0, 9.0
+    walking = BlackLevelDrift(row_sigma_e=sigma_e, row_length=length, frame_sigma_e=0.0)
+    made = camera().plus(walking).with_body(8)
+    taken = record(made, protocol, {"lamp": light().rate_e_per_s}, seed=8)
+    setting = look(taken, {"lamp": light()})
+    assert setting is not None
+    told = wandering(setting)
+    assert told is not None
+    assert told.base is not None
+    assert told.base.clamp_e2 == 0.0
+    white_e = 30.0 / np.sqrt(made.width / 2)
+    drawn = [walks(64, sigma_e, length / 2, white_e, seed, made.height // 2) for seed in range(60)]
+    sigma_error, length_error = np.std([walk(one) for one in drawn], axis=0)
+    assert told.hints["row_sigma_e"] == pytest.approx(sigma_e, abs=4 * sigma_error)
+    assert told.hints["row_length"] == pytest.approx(length, abs=4 * 2 * length_error)
+
+
+@pytest.mark.parametrize("effect", [RowNoise(sigma_e=9.0), SpatialDenoise()])
+def test_rows_that_forget_at_once_do_not_walk(effect: Effect) -> None:
+    """Noise of rows has none in common with the next one, and what a filter mixes
+    ends after two rows of a lattice."""
+    made = camera().plus(effect).with_body(8)
+    taken = record(made, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=8)
+    setting = look(taken, {"lamp": light()})
+    assert setting is not None
+    assert wandering(setting) is None
 
 
 def suspects() -> list[type]:

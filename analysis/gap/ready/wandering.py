@@ -1,12 +1,14 @@
-"""How far the black level wanders from frame to frame, and how soon it forgets.
+"""How far the black level wanders from frame to frame and from row to row, and how soon it forgets.
 
-What all samples of a dark frame share is its mean. Half the mean square of what means of frames
-differ by that are l apart is, of a walk that is pulled back and of noise that forgets at once,
+What all samples of a dark frame share is its mean, and what those of a row share is that of the
+row. Half the mean square of what means differ by that are l apart is, of a walk that is pulled back
+and of noise that forgets at once,
 
     D(l) = s^2 (1 - exp(-l / L)) + w^2
 
-A camera that was calibrated to such frames has the walk in its clamp and in its light, as each shot
-found another black level. So it begins where moments put it, with a clamp that is quiet.
+A camera that was calibrated to such frames has both walks in its clamp, and that of frames in its
+light, as each shot found another black level. So it begins where moments put it, with a clamp that
+is quiet.
 """
 
 from __future__ import annotations
@@ -37,9 +39,12 @@ longer one a shot tells s^2 / L alone."""
 LENGTHS = 30
 """That are tried, from one frame on."""
 
+NEIGHBOURS = 3.0
+"""Rows of a lattice that a walk remembers at least: what filters a picture mixes fewer."""
+
 
 def wandering(setting: Setting) -> Told | None:
-    """Spread and length of the walk of black; None where dark frames do not wander.
+    """Spread and length of the walks of black; None where dark frames do not wander.
 
     Args:
         setting: the capture.
@@ -50,15 +55,42 @@ def wandering(setting: Setting) -> Told | None:
     _, base = by_moments(setting)
     gain = by_channel(base)
     lattices = setting.scenery.view.lattices
-    means = [
-        np.mean([one.of(stack.dn).mean((1, 2)) / gain[one.channel] for one in lattices], axis=0)
-        for stack in darks
+    of_rows = [
+        [(one.of(stack.dn) / gain[one.channel]).mean(axis=2) for one in lattices] for stack in darks
     ]
-    if not wanders(means):
+    rows = _down_the_rows(of_rows, lattices[0].step)
+    frames = [np.mean([one.mean(axis=1) for one in shot], axis=0) for shot in of_rows]
+    if not rows and not wanders(frames):
         return None
-    sigma_e, length = walk(means)
-    hints = {"row_sigma_e": 0.0, "frame_sigma_e": sigma_e, "frame_length": length}
+    # a shot forgets a long walk too seldom to tell it by itself; where rows walk, frames may
+    frame_sigma_e, frame_length = walk(frames)
+    hints = {
+        "row_sigma_e": 0.0,
+        **rows,
+        "frame_sigma_e": frame_sigma_e,
+        "frame_length": frame_length,
+    }
     return Told(hints=hints, exact=False, base=dataclasses.replace(base, clamp_e2=0.0))
+
+
+def _down_the_rows(of_rows: Sequence[Sequence[Floats]], step: int) -> dict[str, float]:
+    """The walk down the rows, by their means (F, h) in each shot and lattice; none if they do not.
+
+    Args:
+        of_rows: the means.
+        step: rows of the picture from one to the next.
+    """
+    traces = [trace for shot in of_rows for rows in shot for trace in _of_a_frame(rows)]
+    if not wanders(traces):
+        return {}
+    sigma_e, length = walk(traces)
+    return {"row_sigma_e": sigma_e, "row_length": step * length} if length >= NEIGHBOURS else {}
+
+
+def _of_a_frame(rows: Floats) -> Floats:
+    """What each of F frames has beyond what all of them share, as loud as if nothing were lost."""
+    frames = len(rows)
+    return np.asarray((rows - rows.mean(axis=0)) * np.sqrt(frames / (frames - 1)))
 
 
 def wanders(means: Sequence[Floats]) -> bool:
@@ -66,7 +98,7 @@ def wanders(means: Sequence[Floats]) -> bool:
     of steps over squares of deviations have an expectation of 2 and a standard error of 2 / sqrt n.
 
     Args:
-        means: of the frames of each shot.
+        means: of the frames of each shot, or of the rows of each frame.
     """
     steps = sum(float(np.square(np.diff(one)).sum()) for one in means)
     spread = sum(float(np.square(one - one.mean()).sum()) for one in means)
@@ -78,7 +110,7 @@ def walk(means: Sequence[Floats]) -> tuple[float, float]:
     """Standard deviation and length of the walk, by what means differ by at each lag.
 
     Args:
-        means: of the frames of each shot, in electrons.
+        means: of the frames of each shot, or of the rows of each frame, in electrons.
     """
     most = int(PART_OF_A_SHOT * min(len(one) for one in means))
     lags = np.arange(1, most + 1)
