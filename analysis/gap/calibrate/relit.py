@@ -11,6 +11,7 @@ are held against the stated light, as always, and tell how much of the effect th
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -139,7 +140,7 @@ def relit(
     """
     if how is None or of_the_light(before) == of_the_light(after):
         return base, scenery
-    as_it_was = light_means(how.scenery, how.base, effects=before, seed=seed)
+    as_it_was = _as_it_was(how, of_the_light(before), seed)
     given_back = np.zeros(len(how.ways))
     for _ in range(ROUNDS):
         change = light_means(scenery, base, effects=after, seed=seed) - as_it_was
@@ -149,3 +150,9 @@ def relit(
         given_back = given_back + more
         base, scenery = how.darker(base, levels), how.without(given_back)
     return base, scenery
+
+
+@functools.lru_cache(maxsize=8)
+def _as_it_was(how: Lighting, before: tuple[Effect, ...], seed: int) -> Floats:
+    """Block means before any change: many suspects are held against the same ones."""
+    return light_means(how.scenery, how.base, effects=before, seed=seed)

@@ -182,29 +182,40 @@ def lights_of(scenery: Scenery, base: Base, bare: Camera) -> list[Signal]:
         base: the calibrated camera.
         bare: the same as a camera without any other effect; see `camera_of`.
     """
-    level = tuple((lamp, tuple(figures.tolist())) for lamp, figures in base.level.items())
-    where = backend()
+    level, where = _kept_by(base.level), backend()
     return [_lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots]
+
+
+def electrons(light: Light, blur_px2: float, level: Mapping[str, Floats]) -> dict[str, Rate]:
+    """The light in electrons per second of a calibrated camera; `level` and `blur_px2` are its."""
+    return _electrons(light, blur_px2, _kept_by(level))
+
+
+_Level = tuple[tuple[str, tuple[float, ...]], ...]
+"""Levels by lamp, by which what is made of them can be kept."""
+
+
+def _kept_by(level: Mapping[str, Floats]) -> _Level:
+    return tuple((lamp, tuple(figures.tolist())) for lamp, figures in level.items())
 
 
 @functools.lru_cache(maxsize=KEPT_SHOTS)
 def _lit(
     light: Light,
     blur_px2: float,
-    level: tuple[tuple[str, tuple[float, ...]], ...],
+    level: _Level,
     bare: Camera,
     shot: Shot,
     where: Backend,
 ) -> Signal:
-    """The light of a shot before the first effect; `level` and `blur_px2` are those of a base."""
-    rates = electrons(light, blur_px2, {lamp: np.array(figures) for lamp, figures in level})
-    return lit(bare, shot, rates, where)
+    """The light of a shot before the first effect."""
+    return lit(bare, shot, _electrons(light, blur_px2, level), where)
 
 
-def electrons(light: Light, blur_px2: float, level: Mapping[str, Floats]) -> dict[str, Rate]:
-    """The light in electrons per second of a calibrated camera."""
+@functools.lru_cache(maxsize=4)
+def _electrons(light: Light, blur_px2: float, level: _Level) -> dict[str, Rate]:
     soft = _soft(light, blur_px2)
-    return {lamp: soft[lamp] * np.float32(figures) for lamp, figures in level.items()}
+    return {lamp: soft[lamp] * np.array(figures, np.float32) for lamp, figures in level}
 
 
 @functools.lru_cache(maxsize=4)
