@@ -29,12 +29,18 @@ def split(x: Any) -> tuple[Any, Any]:
 
 def power(x: Any, exponent: Any) -> Any:
     """x^exponent of flat arrays, for x > 0 and results below 2^127; below 2^-126 it is that."""
-    kind: Any = type(x)
+    logarithm, _ = _polynomials()
+    e, f = split(x)
+    return two_to(exponent * dr.fma(f, horner(logarithm, f), e))
+
+
+def two_to(octaves: Any) -> Any:
+    """2^octaves of flat arrays, for octaves below 127; below -126 it is 2^-126."""
+    kind: Any = type(octaves)
     whole: Any = dr.int32_array_t(kind)
     bits: Any = dr.reinterpret_array
-    logarithm, doubling = _polynomials()
-    e, f = split(x)
-    octaves = at_least(exponent * dr.fma(f, horner(logarithm, f), e), -126.0)
+    _, doubling = _polynomials()
+    octaves = at_least(octaves, -126.0)
     nearest = dr.round(octaves)
     mantissa = horner(doubling, octaves - nearest)
     return bits(kind, bits(whole, mantissa) + (whole(nearest) << 23))

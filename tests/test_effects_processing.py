@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -172,6 +173,50 @@ def test_spatial_denoise_keeps_an_edge_that_a_blur_softens(diagonal: float) -> N
     effect = SpatialDenoise(strength=strength, threshold_dn=30.0, diagonal=diagonal)
     box = ndimage.uniform_filter(before, (1, 3, 3), mode="mirror")
     tells_apart(figures, applied(effect, before), box)
+
+
+@pytest.mark.parametrize(("window", "last"), [(1, 2), (2, 4), (3, 8)])
+def test_a_round_window_of_spatial_denoise_is_a_normal_distribution(window: int, last: int) -> None:
+    """Weights exp(-r^2 / 2 sigma^2) about a pixel, normalised, for s = w (1 + sum of w_j) over the
+    sum of all of them; by another program's filter."""
+    variance = 0.81
+    square = np.add.outer(np.arange(-2, 3) ** 2, np.arange(-2, 3) ** 2)
+    weights = np.where(square <= last, np.exp(-square / (2 * variance)), 0.0)
+    diagonal = math.exp(-1 / (2 * variance))
+    alike = 1 + ((weights.sum() - 1) / diagonal)
+    before = noise_on(100.0, 5.0, 2, 32, 32, 3)
+    effect = SpatialDenoise(
+        strength=diagonal * alike / weights.sum(),
+        threshold_dn=1e3,
+        diagonal=diagonal,
+        window=float(window),
+    )
+    soft = ndimage.correlate(before, (weights / weights.sum())[None, :, :, None], mode="mirror")
+    assert np.allclose(applied(effect, before), soft, atol=1e-3)
+
+
+@pytest.mark.parametrize("threshold_dn", [3.0, 10.0, 30.0])
+@pytest.mark.parametrize("colours", [True, False])
+def test_a_soft_spatial_denoise_is_the_bilateral_filter(threshold_dn: float, colours: bool) -> None:
+    """That of OpenCV, which adds up what colours differ by, on noise and an edge."""
+    before = noise_on(100.0, 5.0, 2, 32, 32, 3).astype(np.float32)
+    before[:, :, 16:] += 20.0
+    if not colours:
+        before = before[..., 0]
+    effect = SpatialDenoise(
+        strength=1.0,
+        threshold_dn=threshold_dn,
+        diagonal=math.exp(-1 / (2 * 1.2**2)),
+        window=2.0,
+        soft=2.0 if colours else 1.0,
+    )
+    theirs = [
+        cv2.bilateralFilter(
+            np.ascontiguousarray(one), 5, threshold_dn, 1.2, borderType=cv2.BORDER_REFLECT_101
+        )
+        for one in before
+    ]
+    assert np.allclose(applied(effect, before), theirs, atol=1e-3)
 
 
 def test_temporal_filter_remembers_in_the_dark_and_pixel_by_pixel() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,31 +13,46 @@ from sensor.effect import Effect, Stage, parameter
 from sensor.interpolation import Row
 from sensor.neighbours import Neighbours, Runs, interleaved
 from sensor.planes import Planes
+from sensor.powers import two_to
 from sensor.signal import Signal
 from sensor.stream import Stream
 
-_AROUND = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
+_FARTHEST = {1: 2, 2: 4, 3: 8}
+"""Square of the distance of the last neighbours in each window."""
+
+_TOGETHER = 2
+"""What is as soft by all colours together."""
+
+_LEAST_DN, _LEAST_WEIGHT = 1e-3, 1e-6
+"""Of a threshold and of a weight that one divides by."""
+
+_Smooth = Callable[[list[Any], list[list[Any]]], list[Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpatialDenoise(Effect):
-    """Each pixel moves towards those of its eight neighbours that are nearly equal to it.
+    """Each pixel moves towards those of its neighbours that are nearly equal to it.
 
-        DN' = DN + s / (1 + sum of w_j) sum of w_j d_j,    d_j = DN_j - DN, both sums over |d_j| < T
+        DN' = DN + s / (w_0 + sum of w_j t_j) sum of w_j t_j d_j,    d_j = DN_j - DN
 
-    where w_j is 1 for straight neighbours and w for diagonal ones. With w = 1 this is Lee's sigma
-    filter, and with s = 1 as well the mean over all alike pixels; a small w is a round window, as
-    that of a narrow normal distribution. Each colour is filtered by itself, on a mosaic among
-    pixels of the same colour. Where noise is well below T its variance falls, for W = 5 + 4w, by
-    (1 - s (W - 1) / W)^2 + 4 (1 + w^2) (s / W)^2 and neighbours become correlated, while an edge
-    higher than T stays as steep as it was: a linear blur that takes as much noise away softens it.
+    where t_j is 1 for |d_j| < T and 0 beyond, or exp(-d_j^2 / 2T^2) if it is soft. A neighbour at a
+    distance r has the weight w_j = w^(r^2 - 1): 1 if it is a straight one and w if it is diagonal.
+    The pixel's own weight w_0 is 1, and 1 / w if it is soft. With w = 1 and 3 x 3 pixels this is
+    Lee's sigma filter, and with s = 1 as well the mean over all alike pixels; a small w is a round
+    window, as that of a normal distribution of variance -1 / (2 ln w), and a soft one with it is
+    the bilateral filter. Each colour is filtered by itself, unless the three differences add up to
+    one |d_j|; on a mosaic among pixels of the same colour. Where noise is well below T its variance
+    falls by the sum of squares of all weights, (1 - s (W - 1) / W)^2 + 4 (1 + w^2) (s / W)^2 for
+    3 x 3 pixels and W = 5 + 4w, and neighbours become correlated, while an edge higher than T stays
+    as steep as it was: a linear blur that takes as much noise away softens it.
     """
 
     name: ClassVar[str] = "spatial_denoise"
     stage: ClassVar[Stage] = Stage.PROCESSING
     position: ClassVar[int] = 40
     reference: ClassVar[str] = (
-        "Lee, Digital image smoothing and the sigma filter, CVGIP 24, 255 (1983)"
+        "Lee, Digital image smoothing and the sigma filter, CVGIP 24, 255 (1983); Tomasi and "
+        "Manduchi, Bilateral filtering for gray and color images, ICCV (1998)"
     )
 
     strength: float = parameter(
@@ -63,54 +80,97 @@ class SpatialDenoise(Effect):
         starts=(1.0, 0.25),
         doc="weight of a diagonal neighbour over that of a straight one",
     )
+    window: float = parameter(
+        1.0,
+        unit="1",
+        minimum=1.0,
+        maximum=3.0,
+        whole=True,
+        starts=(1.0,),
+        doc="1 of 3 x 3 pixels, 2 those up to 2 pixels away, 3 of 5 x 5",
+    )
+    soft: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=2.0,
+        whole=True,
+        starts=(0.0,),
+        doc="0 neighbours count in full below the threshold, 1 the less the more they differ, 2 "
+        "the same by the sum of what all colours differ by",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        number = dr.array_t(signal.backend.arrays.TensorXf)
-        # figures are data, so that a new value compiles nothing
-        threshold = dr.opaque(number, self.threshold_dn)
-        strength = dr.opaque(number, self.strength)
-        diagonal = dr.opaque(number, self.diagonal)
-
-        def smooth(own: Any, around: list[Any]) -> Any:
-            straight, oblique = (own * 0.0, own * 0.0), (own * 0.0, own * 0.0)
-            for (dy, dx), other in zip(_AROUND, around, strict=True):
-                difference = other - own
-                alike = dr.abs(difference) < threshold
-                total, count = oblique if dy and dx else straight
-                more = (
-                    dr.select(alike, total + difference, total),
-                    dr.select(alike, count + 1.0, count),
-                )
-                straight, oblique = (straight, more) if dy and dx else (more, oblique)
-            total = dr.fma(diagonal, oblique[0], straight[0])
-            count = dr.fma(diagonal, oblique[1], straight[1] + 1.0)
-            return own + strength * total / count
-
+        places = self._places()
+        reach = max(dx for _, dx in places)
+        smooth = self._smooth(dr.array_t(signal.backend.arrays.TensorXf), places)
         if not signal.coloured:
             near = Neighbours(signal)
             step = 2 if len(set(signal.format.cfa)) > 1 else 1
-            around = [near.flat_at(dy * step, dx * step) for dy, dx in _AROUND]
-            smoothed = smooth(near.flat_at(0, 0), around)
+            around = [[near.flat_at(dy * step, dx * step)] for dy, dx in places]
+            (smoothed,) = smooth([near.flat_at(0, 0)], around)
             return signal.replace(type(signal.value)(smoothed, signal.shape))
-        rows = signal.interpolated.rows(1) if signal.interpolated else _rows(signal)
-        length = len(rows[0][0]) - 2
-        colours = tuple(
-            tuple(
-                smooth(rows[1][c][k], [rows[1 + dy][c][k + dx] for dy, dx in _AROUND])
-                for k in range(1, length + 1)
-            )
-            for c in range(3)
-        )
+        rows = signal.interpolated.rows(reach) if signal.interpolated else _rows(signal, reach)
+
+        def pixel(dy: int, k: int) -> list[Any]:
+            return [columns[k + reach] for columns in rows[dy + reach]]
+
+        run = [
+            smooth(pixel(0, k), [pixel(dy, k + dx) for dy, dx in places])
+            for k in range(len(rows[0][0]) - 2 * reach)
+        ]
+        colours = tuple(zip(*run, strict=True))
         return signal.replace(
             Planes(colours=colours, shape=signal.shape, arrays=signal.backend.arrays)
         )
 
+    def _smooth(self, number: Any, places: list[tuple[int, int]]) -> _Smooth:
+        """What a pixel becomes, by its colours and those of its neighbours."""
+        # figures are data, so that a new value compiles nothing
+        limit_dn = max(self.threshold_dn, _LEAST_DN)
+        threshold = dr.opaque(number, limit_dn)
+        octaves = dr.opaque(number, -0.5 / (math.log(2.0) * limit_dn**2))
+        strength = dr.opaque(number, self.strength)
+        diagonal = dr.opaque(number, self.diagonal)
+        own = 1.0 / max(self.diagonal, _LEAST_WEIGHT) if self.soft else 1.0
+        own_weight = dr.opaque(number, own)
 
-def _rows(signal: Signal) -> list[Row]:
+        def alike(difference: Any) -> Any:
+            if self.soft:
+                return two_to(dr.square(difference) * octaves)
+            return dr.select(dr.abs(difference) < threshold, 1.0, 0.0)
+
+        def smooth(own: list[Any], around: list[list[Any]]) -> list[Any]:
+            weight = {1: own[0] * 0.0 + 1.0}
+            for farther in range(2, _FARTHEST[int(self.window)] + 1):
+                weight[farther] = weight[farther - 1] * diagonal
+            total, count = [0.0 * one for one in own], [0.0 * one + own_weight for one in own]
+            for (dy, dx), other in zip(places, around, strict=True):
+                apart = [theirs - ours for theirs, ours in zip(other, own, strict=True)]
+                by = [sum(map(dr.abs, apart))] * len(own) if self.soft == _TOGETHER else apart
+                near = weight[dy * dy + dx * dx]
+                shares = [near * alike(one) for one in by]
+                total = [dr.fma(s, d, t) for s, d, t in zip(shares, apart, total, strict=True)]
+                count = [n + s for n, s in zip(count, shares, strict=True)]
+            return [o + strength * t / n for o, t, n in zip(own, total, count, strict=True)]
+
+        return smooth
+
+    def _places(self) -> list[tuple[int, int]]:
+        """Rows below and columns right of a pixel of its neighbours in the window."""
+        reach = range(-2, 3)
+        inside = range(1, _FARTHEST[int(self.window)] + 1)
+        return [(dy, dx) for dy in reach for dx in reach if dy * dy + dx * dx in inside]
+
+
+def _rows(signal: Signal, reach: int) -> list[Row]:
     """Three colours of the rows about each run, of numbers that lie in memory for it."""
     flats = [interleaved(list(parts)) for parts in signal.planes.colours]
     dr.eval(flats)
     tensor = signal.backend.arrays.TensorXf
     runs = [Runs(signal.replace(tensor(flat, signal.shape[:3]))) for flat in flats]
     red, green, blue = runs
-    return [(red.line(dy), green.line(dy), blue.line(dy)) for dy in (-1, 0, 1)]
+    return [
+        (red.line(dy, reach), green.line(dy, reach), blue.line(dy, reach))
+        for dy in range(-reach, reach + 1)
+    ]

@@ -14,9 +14,10 @@ from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
 from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
+from analysis.gap.suspects.beginnings import LONG
 from analysis.gap.suspects.first_look import IN_THE_PICTURE, in_range
 from analysis.gap.suspects.likelihood import CLEAR, judged
-from analysis.gap.suspects.pursue import LONG, pursue
+from analysis.gap.suspects.pursue import pursue
 from sensor.effect import Effect
 
 WORTH_A_LOOK = 6.0

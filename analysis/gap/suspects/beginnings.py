@@ -13,10 +13,12 @@ from analysis.gap.calibrate.refine import Refined
 from analysis.gap.camera.base import Base
 from analysis.gap.look.arithmetic import IN_FRACTIONS
 from analysis.gap.look.observation import Observation
-from analysis.gap.measure.signature import starts, strengths
+from analysis.gap.measure.signature import beginnings_of, starts, strengths
 from analysis.gap.ready.hints import Hints
-from analysis.gap.suspects.pursue import LONG, chosen_otherwise
-from sensor.effect import Effect
+from sensor.effect import Effect, Parameter
+
+LONG = 10
+"""Whole numbers beyond this many are a scale, not a choice."""
 
 LOUDER = 4.0
 """Times the variance of the read noise: what a codec leaves of twice the noise is not seen."""
@@ -83,7 +85,32 @@ def choices(effect: Effect) -> list[Effect]:
     """The same effect with a choice made differently, with another of its strengths, or with a
     parameter as far from here as its search begins elsewhere.
     """
-    return [*chosen_otherwise(effect), *of_other_strengths(effect), *_elsewhere(effect)]
+    return [*otherwise(effect), *of_other_strengths(effect)]
+
+
+def otherwise(effect: Effect) -> list[Effect]:
+    """The same effect with a choice made differently, or with a parameter as far from here as its
+    search begins elsewhere.
+    """
+    return [*_chosen_otherwise(effect), *_elsewhere(effect)]
+
+
+def _chosen_otherwise(effect: Effect) -> list[Effect]:
+    """The same effect with one of its choices as another search for it begins, or made one next to
+    it: of many a search begins with a few.
+    """
+    return [
+        dataclasses.replace(effect, **{p.name: value})
+        for p in effect.parameters()
+        if p.whole and p.maximum - p.minimum < LONG
+        for value in sorted({*beginnings_of(p), *_next_to(p, getattr(effect, p.name))})
+        if value != getattr(effect, p.name)
+    ]
+
+
+def _next_to(p: Parameter, value: float) -> set[float]:
+    """The choices one below and one above, where the effect does not vanish."""
+    return {p.clipped(value - 1), p.clipped(value + 1)} - {p.identity}
 
 
 def of_other_strengths(effect: Effect) -> list[Effect]:

@@ -17,13 +17,13 @@ from analysis.gap.measure.case import Candidate, Case, candidate, vector
 from analysis.gap.measure.signature import (
     Evidence,
     Signature,
-    beginnings_of,
     response_of,
     scaled,
     signature,
     signed,
 )
 from analysis.gap.suspects.adapt import USUAL_RESPONSE
+from analysis.gap.suspects.beginnings import LONG, otherwise
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
@@ -31,9 +31,6 @@ STRENGTH_ROUNDS = 2
 CLOSE = 0.03
 SHAPE_ROUNDS = 3
 WORTH_A_SHAPE = 6.0
-LONG = 10
-"""Whole numbers beyond this many are a scale, not a choice."""
-
 LEAVES_SOME = 1.05
 """Part of the expected chi-squared beyond which a choice is made differently as well."""
 
@@ -102,22 +99,16 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         if shaped.chi2 > best.chi2 - max(WORTH_A_SHAPE, SHAPED * best.chi2):
             break
         best = strengthened(shaped)
-    if best.chi2 > LEAVES_SOME * case.fitting.spread.expected.sum():
-        others = [if_possible(one, best.base) for one in chosen_otherwise(best.effect)]
+    while best.chi2 > LEAVES_SOME * case.fitting.spread.expected.sum():
+        others = [if_possible(one, best.base) for one in otherwise(best.effect)]
         stronger = [strengthened(one) for one in others if one is not None]
-        best = min([best, *stronger], key=lambda one: one.chi2)
+        other = min(stronger, key=lambda one: one.chi2, default=best)
+        gained, worth = best.chi2 - other.chi2, SHAPED * best.chi2
+        if gained > WORTH_A_SHAPE:
+            best = other
+        if gained <= max(WORTH_A_SHAPE, worth):
+            break
     return candidate(case, best.shown, found.absorbed)
-
-
-def chosen_otherwise(effect: Effect) -> list[Effect]:
-    """The same effect with one of its choices made differently."""
-    return [
-        dataclasses.replace(effect, **{p.name: value})
-        for p in effect.parameters()
-        if p.whole and p.maximum - p.minimum < LONG
-        for value in beginnings_of(p)
-        if value != getattr(effect, p.name)
-    ]
 
 
 def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:
