@@ -468,6 +468,10 @@ def test_every_statistic_is_of_a_stage() -> None:
     stages = {stage.value for stage in Stage}
     assert set(STAGES.values()) | set(OTHERWISE.values()) <= stages
     assert set(STAGES) >= OF_A_BODY
-    assert stage_of("tails", "spread of pixel variance") == "photosite"
-    assert stage_of("tails", "kurtosis") == "readout"
-    assert stage_of("interpolation", "grid of 8, down") == stage_of("time", REPEATED) == "transport"
+    for lit in (True, False):
+        assert stage_of("tails", "spread of pixel variance", lit=lit) == "photosite"
+        assert stage_of("tails", "kurtosis", lit=lit) == "readout"
+        assert stage_of("interpolation", "grid of 8, down", lit=lit) == "transport"
+        assert stage_of("time", REPEATED, lit=lit) == "transport"
+    assert stage_of("texture", "residual power", lit=True) == "optics"
+    assert stage_of("texture", "residual power", lit=False) == "photosite"

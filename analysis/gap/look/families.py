@@ -67,7 +67,15 @@ OTHERWISE = {REPEATED: "transport", "grid of 8": "transport", "kurtosis": "reado
 that is not the stage of its family."""
 
 
-def stage_of(family: str, statistic: str) -> str:
-    """The stage where a gap in a statistic most often begins."""
+def stage_of(family: str, statistic: str, *, lit: bool) -> str:
+    """The stage where a gap in a statistic most often begins.
+
+    Args:
+        family, statistic: its names.
+        lit: whether it is of a shot under a lamp. What is left of a picture there was left of the
+            light more often than of photosites.
+    """
+    if lit and family == TEXTURE:
+        return STAGES[IMAGE]
     found = (stage for name, stage in OTHERWISE.items() if statistic.startswith(name))
     return next(found, STAGES[family])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from analysis.gap.calibrate.calibration_figures import calibration_figures
 from analysis.gap.look.shots import FEWEST_FRAMES, FEWEST_SHOTS, GROUP_FRAMES
+from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
 from analysis.gap.verdict.places import places
@@ -66,11 +67,19 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
             for c in found.candidates
         ),
         gap=gap,
-        where=places(before.left, before.rod.turned.space, setting),
+        where=places(before, _nearest(found), setting),
         next_capture=_wanted(word, found),
         calibration=calibration_figures(found.models[-1], after.errors),
         notes=notes_of(setting),
     )
+
+
+def _nearest(found: Trail) -> Candidate | None:
+    """What is named first, or else what closes most of the gap; None where no suspect does."""
+    if found.choices:
+        return found.choices[0].best
+    closing = [c for c in found.candidates if c.forward > 0]
+    return max(closing, key=lambda c: c.forward, default=None)
 
 
 def _wanted(word: str, found: Trail) -> str | None:

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.space import Space
 from analysis.gap.look.families import IMAGE, STAGES, stage_of
+from analysis.gap.measure.case import Candidate
+from analysis.gap.measure.measured import Measured
+from analysis.gap.measure.signature import signature
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Place
 
@@ -15,18 +18,36 @@ Floats = NDArray[np.float64]
 MOST_PLACES = 12
 
 
-def places(left: Floats, space: Space, setting: Setting) -> tuple[Place, ...]:
-    """Where the capture differs most from a model, one entry for each kind of difference."""
+ACCOUNTED = 0.5
+"""Part of a difference that a suspect leaves of it at most if it accounts for it."""
+
+
+def places(before: Measured, nearest: Candidate | None, setting: Setting) -> tuple[Place, ...]:
+    """Where the capture differs most from a model, one entry for each kind of difference.
+
+    A figure tells one stage from another less well than all of them together: what a suspect
+    accounts for begins where that effect does, and anything else where gaps of its kind most often
+    begin.
+
+    Args:
+        before: the capture against the model.
+        nearest: the suspect that accounts for most of the gap.
+        setting: the capture.
+    """
+    left, space = before.left, before.rod.turned.space
     count = len(space.keys)
+    lit = {frames.shot.label for frames in setting.key_frames if not frames.shot.dark}
     raw = left[:count] * space.spread
+    of_it = _accounted(before, nearest)
     made = []
     for index in np.argsort(-np.abs(left[:count])):
         key = space.keys[index]
+        usual = stage_of(key.family, key.statistic, lit=key.shot in lit)
         made.append(
             Place(
                 family=key.family,
                 statistic=key.statistic,
-                stage=stage_of(key.family, key.statistic),
+                stage=nearest.effect.stage.value if nearest and of_it[index] else usual,
                 channel=None if key.lattice == "all" else key.lattice[0],
                 shot=key.shot,
                 panel=None,
@@ -41,6 +62,18 @@ def places(left: Floats, space: Space, setting: Setting) -> tuple[Place, ...]:
     for place in made:
         kinds.setdefault((place.family, place.statistic), place)
     return tuple(kinds.values())[:MOST_PLACES]
+
+
+def _accounted(before: Measured, nearest: Candidate | None) -> NDArray[np.bool_]:
+    """Which figures a suspect accounts for, of those of a model's space."""
+    turned = before.rod.turned
+    count = len(turned.space.keys)
+    known = before.case.known
+    shown = signature(nearest.effect, known, base=nearest.base) if nearest else None
+    if shown is None:
+        return np.zeros(count, dtype=bool)
+    rest = before.left - turned.left(turned.space.vector(shown.figures, shown.means))
+    return np.asarray(np.abs(rest) < ACCOUNTED * np.abs(before.left))[:count]
 
 
 def image_places(left: Floats, space: Space, setting: Setting) -> list[Place]:
