@@ -65,6 +65,7 @@ def anew(
     """
     known, scenery = case.known, found.scenery
     exact, start = bool(told and told.exact), told.base if told else None
+    coded = found.effect.stage is Stage.TRANSPORT  # and hides how far the camera is
     effects = (*known.effects, found.effect)
     as_found = found, refined(found.base, case.fit_seen, scenery, effects)
     if not exact and _scatters(case, *as_found):
@@ -82,7 +83,7 @@ def anew(
             case.fit_seen,
             scenery,
             (*known.effects, with_it),
-            steps=MOST_STEPS if exact else ANEW_STEPS,
+            steps=MOST_STEPS if exact or coded else ANEW_STEPS,
             tuned="" if exact else found.name,
         )
         one = _scored(case, found, fitted.base, fitted.effects[-1])
