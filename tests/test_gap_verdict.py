@@ -44,6 +44,8 @@ from tests.candidates import candidate
         (1, 1e-6, 1e-4, 0.35, False, False, "unexplained"),
         (1, 1e-6, 0.01, -2.0, True, False, "partly explained"),
         (1, 1e-6, 1e-4, 3.0, True, False, "unexplained"),
+        (1, 1e-12, 0.02, 0.6, False, False, "partly explained"),
+        (1, 1e-3, 0.02, 0.6, False, False, "unexplained"),
         (1, 0.0, 1e-4, 0.99, False, True, "unexplained"),
         (2, 1e-6, 0.3, 0.97, False, False, "explained"),
         (3, 1e-6, 0.3, 0.97, False, False, "unexplained"),
@@ -332,3 +334,9 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
     assert most("flicker_noise", "partly explained", "interference") == trust.MOST_IN_PART
     assert most("flicker_noise", "explained") == trust.MOST_CERTAIN
     assert most("interference", "partly explained") == trust.MOST_IN_PART
+
+
+def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:
+    assert trust.no_surer([0.34, 0.75]) == [0.34, 0.34]
+    assert trust.no_surer([0.9, 0.75, 0.2]) == [0.9, 0.75, 0.2]
+    assert trust.no_surer([]) == []

@@ -10,7 +10,13 @@ from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
 from analysis.gap.verdict.places import places
 from analysis.gap.verdict.strength import figure_of
 from analysis.gap.verdict.trail import Trail, elsewhere, gap_of
-from analysis.gap.verdict.trust import DOUBT, likelier_none, most_of_a_name, probability_of
+from analysis.gap.verdict.trust import (
+    DOUBT,
+    likelier_none,
+    most_of_a_name,
+    no_surer,
+    probability_of,
+)
 from analysis.gap.verdict.verdict import (
     EQUIVALENT,
     Choice,
@@ -39,7 +45,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
     word = verdict(len(found.choices), gap, elsewhere(found, setting.told))
-    chances = [probability_of(place, word, gap, found) for place in range(len(found.choices))]
+    chances = no_surer([probability_of(k, word, gap, found) for k in range(len(found.choices))])
     if word == "partly explained" and likelier_none(found.choices, chances):
         word = "unexplained"
     if word == "unexplained":

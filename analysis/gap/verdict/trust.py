@@ -10,7 +10,7 @@ from analysis.gap.camera.base import Body
 from analysis.gap.report import Gap
 from analysis.gap.verdict.closing import TELLS_LITTLE, against, closed
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import LEAST_SHRINK, Choice, confused
+from analysis.gap.verdict.verdict import LEAST_SHRINK, MAY_BE_NOTHING, Choice, confused
 from sensor.effect import Effect
 from sensor.effects.specular_glare import SpecularGlare
 
@@ -46,11 +46,6 @@ LATER = 0.75
 both: on the sets where this was tuned 4 of 4 such effects were right, and none of 6 where something
 was left. No more is taken from the first one: of two as large as each other each closes half."""
 
-MAY_BE_NOTHING = 0.01
-"""Chance of what is left from which it may be nothing, however little of a small gap seems closed.
-Of eight single names of the bench that left 0.01 to 0.05 six were right (seeds 21 to 35); the
-effects of the other two were withheld."""
-
 LEAST_TRUST = 0.4
 """Factor of the probability of an effect that closes no more of the gap than it must, where
 something is left."""
@@ -81,6 +76,18 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail) -> float:
     of_shape = most_of_a_shape(effect, model.scenery.body)
     most = min(most_of_a_name(word, found), most_of_several(names, place), of_shape)
     return min(most, beside(choices[place], choices) * trust)
+
+
+def no_surer(chances: Sequence[float]) -> list[float]:
+    """Probabilities of names, none of which is surer than the one that it was found beside.
+
+    What is left of a wrong name is explained by whatever mends it: of two taps of unequal gain a
+    spectral response had 0.75 beside a pattern that had 0.34.
+
+    Args:
+        chances: of the names, in the order in which they were added.
+    """
+    return [min(chance, *chances[:1]) for chance in chances]
 
 
 def most_of_several(names: Sequence[str], place: int) -> float:

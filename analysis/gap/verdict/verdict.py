@@ -22,6 +22,12 @@ MARGIN = 9.0
 """By how much a suspect must beat one that is not named with it."""
 
 LEAST_SHRINK = 0.8
+
+MAY_BE_NOTHING = 0.01
+"""Chance of what is left from which it may be nothing, however little of a small gap seems closed.
+Of eight single names of the bench that left 0.01 to 0.05 six were right (seeds 21 to 35); the
+effects of the other two were withheld."""
+
 CLASS_SIZE = 2
 """Names that may stand beside the one given."""
 
@@ -215,10 +221,10 @@ def verdict(effects: int, gap: Gap, elsewhere: bool = False) -> str:
         return "unexplained"
     if gap.p_value_after >= SIGNIFICANCE:
         return "explained"
-    # near the floor the total tells nothing, but chances do: half of their digits must be gone
-    enough = (
-        gap.p_value_after**2 > gap.p_value_before if gap.at_floor else gap.shrink >= LEAST_SHRINK
-    )
+    # near the floor, and where nothing may be left, the total tells little, but chances do: half of
+    # their digits must be gone
+    little = gap.at_floor or gap.p_value_after > MAY_BE_NOTHING
+    enough = gap.p_value_after**2 > gap.p_value_before if little else gap.shrink >= LEAST_SHRINK
     return "partly explained" if enough and not elsewhere else "unexplained"
 
 
