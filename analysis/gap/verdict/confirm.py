@@ -24,6 +24,10 @@ effect that closes the gap alone is likelier than two that do it together."""
 
 MOST_RIVALS = 2
 
+MUCH = 0.5
+"""Part of a gap that is closed from which calibration may not have come to its end: a lateral
+colour of somebody else closed 0.76 of it beside the camera as found, and 0.92 beside its own."""
+
 TOO_MUCH_LEFT = 2.0
 """Misfit from which a rival is not tried, unless it makes bodies differ: it would leave far more
 than chance."""
@@ -55,8 +59,8 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
             moved = dataclasses.replace(again, score=found.score, misfit=found.misfit)
             choice = dataclasses.replace(choice, best=moved)
             step = nearer(step, _as_found(setting, model, choice))
-    most = closed(now.held.total, step.left.held.total) >= LEAST_SHRINK
-    if step.ends or not most:
+    much = closed(now.held.total, step.left.held.total) >= MUCH
+    if step.ends or not much:
         return step
     return nearer(step, _calibrated(setting, step, step.model.effects))
 
