@@ -10,6 +10,7 @@ from typing import Any
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.measure.case import MISFIT
+from analysis.gap.suspects.pursue import LEAVES_SOME
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
 from analysis.gap.verdict.later import LEAST_WHERE_LITTLE
@@ -22,6 +23,7 @@ from analysis.gap.verdict.verdict import (
     LEAST_SHRINK,
     MARGIN,
     MARGIN_OF_SCORE,
+    MAY_BE_NOTHING,
     SIGNIFICANCE,
 )
 from analysis.gap_bench.count import lines
@@ -50,6 +52,8 @@ FIGURES = {
     "LEAST_SCORE": f"{LEAST_SCORE:g}",
     "MARGIN": f"{MARGIN:g}",
     "MISFIT": f"{MISFIT:g}",
+    "LEAVES_SOME": f"{LEAVES_SOME:g}",
+    "MAY_BE_NOTHING": f"{MAY_BE_NOTHING:g}",
     "MARGIN_OF_SCORE": f"{100 * MARGIN_OF_SCORE:g} %",
     "CLASS_SIZE": f"{CLASS_SIZE}",
     "MOST_EFFECTS": f"{MOST_EFFECTS}",
