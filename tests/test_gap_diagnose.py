@@ -157,6 +157,9 @@ def test_an_effect_is_named_with_its_strength() -> None:
     assert sigma.se < 0.1 * SIGMA_E
     assert found.gap.p_value_before < 1e-3 < found.gap.p_value_after
     assert found.where[0].family in ("rows", "neighbours")
+    # neighbours that go together are processing's more often, and here the suspect's own doing
+    assert {"neighbours"} < {place.family for place in found.where}
+    assert {place.stage for place in found.where[:3]} == {"readout"}
 
 
 def test_an_effect_without_a_name_is_not_blamed_on_another() -> None:
