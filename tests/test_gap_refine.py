@@ -11,8 +11,9 @@ import pytest
 
 from analysis.gap.calibrate.calibration import Calibration
 from analysis.gap.calibrate.nuisance import Directions, Knob
-from analysis.gap.calibrate.refine import BY_MOMENTS, Refined, better, tune, turn
+from analysis.gap.calibrate.refine import BY_MOMENTS, Refined, better
 from analysis.gap.calibrate.space import Space
+from analysis.gap.calibrate.turning import tune, turn
 from analysis.gap.camera.handles import Handle
 from analysis.gap.look.observation import Key
 from sensor.colours import Colours

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.calibration import Calibration, calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit, twins
-from analysis.gap.calibrate.refine import turn
+from analysis.gap.calibrate.turning import turn
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import NOTHING
 from analysis.gap.measure.case import variance_along

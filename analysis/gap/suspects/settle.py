@@ -9,7 +9,7 @@ figures tell their number, size and depth in two or three steps.
 from __future__ import annotations
 
 from analysis.gap.calibrate.fit import Fit, around
-from analysis.gap.calibrate.refine import tune, turn
+from analysis.gap.calibrate.turning import tune, turn
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
 from analysis.gap.measure.distance import distance
