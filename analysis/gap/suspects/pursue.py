@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from analysis.gap.calibrate.fit import FINAL_SEEDS
-from analysis.gap.calibrate.refine import turn
+from analysis.gap.calibrate.turning import turn
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import free_parameters, step_from
 from analysis.gap.measure.case import Candidate, Case, candidate, vector
@@ -103,10 +103,11 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         others = [if_possible(one, best.base) for one in otherwise(best.effect)]
         stronger = [strengthened(one) for one in others if one is not None]
         other = min(stronger, key=lambda one: one.chi2, default=best)
-        gained, worth = best.chi2 - other.chi2, SHAPED * best.chi2
-        if gained > WORTH_A_SHAPE:
-            best = other
-        if gained <= max(WORTH_A_SHAPE, worth):
+        gained, least = best.chi2 - other.chi2, SHAPED * best.chi2
+        if gained <= WORTH_A_SHAPE:
+            break
+        best = other
+        if gained <= least:
             break
     return candidate(case, best.shown, found.absorbed)
 

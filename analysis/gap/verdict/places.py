@@ -17,7 +17,6 @@ Floats = NDArray[np.float64]
 
 MOST_PLACES = 12
 
-
 ACCOUNTED = 0.5
 """Part of a difference that a suspect leaves of it at most if it accounts for it."""
 
@@ -36,13 +35,12 @@ def places(before: Measured, nearest: Candidate | None, setting: Setting) -> tup
     """
     left, space = before.left, before.rod.turned.space
     count = len(space.keys)
-    lit = {frames.shot.label for frames in setting.key_frames if not frames.shot.dark}
     raw = left[:count] * space.spread
     of_it = _accounted(before, nearest)
     made = []
     for index in np.argsort(-np.abs(left[:count])):
         key = space.keys[index]
-        usual = stage_of(key.family, key.statistic, lit=key.shot in lit)
+        usual = stage_of(key.family, key.statistic, lit=key.shot in setting.seen.lit)
         made.append(
             Place(
                 family=key.family,
