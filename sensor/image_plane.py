@@ -10,6 +10,7 @@ import numpy as np
 
 from sensor.colours import Colours
 from sensor.signal import Format, Signal
+from sensor.whole_numbers import whole_number
 
 
 def from_centre_px(signal: Signal) -> tuple[Any, Any]:
@@ -86,7 +87,6 @@ def resampled(signal: Signal, down: Any, right: Any) -> Any:
 
 def _taps(position: Any, length: int) -> tuple[list[Any], list[Any]]:
     """The four samples about a position and their weights; indices are held inside the image."""
-    index = dr.uint32_array_t(type(position))
     inside = dr.clip(position, 0.0, length - 1.0)
     first = dr.floor(inside)
     t = inside - first
@@ -97,5 +97,5 @@ def _taps(position: Any, length: int) -> tuple[list[Any], list[Any]]:
         -1.5 * t3 + 2.0 * t2 + 0.5 * t,
         0.5 * t3 - 0.5 * t2,
     ]
-    places = [index(dr.clip(first + k, 0.0, length - 1.0)) for k in (-1.0, 0.0, 1.0, 2.0)]
+    places = [whole_number(dr.clip(first + k, 0.0, length - 1.0)) for k in (-1.0, 0.0, 1.0, 2.0)]
     return places, weights

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sensor.neighbours import fetched, interleaved, run_length
+from sensor.whole_numbers import whole_number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,8 +97,8 @@ class Planes:
         """The bytes of a run in memory's order, R G B R G B ..., as many words as colours."""
         in_order = [code for pixel in zip(*self.colours, strict=True) for code in pixel]
         if len(in_order) < 4:
-            return [self.arrays.UInt8(code) for code in in_order]
-        codes = [self.arrays.UInt32(code) for code in in_order]
+            return [self.arrays.UInt8(whole_number(code)) for code in in_order]
+        codes = [whole_number(code) for code in in_order]
         words = [
             codes[k] | (codes[k + 1] << 8) | (codes[k + 2] << 16) | (codes[k + 3] << 24)
             for k in range(0, len(codes), 4)

@@ -20,6 +20,7 @@ from sensor.planes import Planes
 from sensor.protocol import Shot
 from sensor.signal import Quantity, Signal
 from sensor.stream import Stream
+from sensor.whole_numbers import whole_number
 
 
 def light_on(camera: Camera, shot: Shot, rates: Mapping[str, NDArray[np.float32]]) -> NDArray[Any]:
@@ -195,7 +196,7 @@ def pixels_of(camera: Camera, signal: Signal) -> NDArray[Any]:
     if kind is np.uint8 and signal.backend.jit and isinstance(signal.numbers, Planes):
         stack = signal.numbers.as_bytes()
     elif kind is np.uint8 and signal.backend.jit:
-        codes = signal.backend.arrays.TensorXu8(signal.value).numpy()
+        codes = signal.backend.arrays.UInt8(whole_number(signal.value.array)).numpy()
         stack = np.asarray(codes).reshape(signal.shape)
     else:
         stack = np.asarray(signal.value.numpy()).reshape(signal.shape).astype(kind)

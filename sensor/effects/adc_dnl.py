@@ -13,6 +13,7 @@ from sensor.effect import Effect, Stage, parameter
 from sensor.limits import between
 from sensor.signal import Signal
 from sensor.stream import Stream
+from sensor.whole_numbers import whole_number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,16 +77,15 @@ class AdcDnl(Effect):
         known += [padded[before + k] for k in range(most)]
         code, begin, width, first, *next_ends = (signal.backend.tensor(n).array for n in known)
         flat = type(code)
-        index = dr.uint32_array_t(flat)
         last_cell = float(len(before) - 1)
 
         def converted(value: Any) -> Any:
             place = value + 0.5
-            cell = index(between(place * per_dn, 0.0, last_cell))
+            cell = whole_number(between(place * per_dn, 0.0, last_cell))
             number = dr.gather(flat, first, cell)
             for end in next_ends:
                 number += dr.select(place >= dr.gather(flat, end, cell), 1.0, 0.0)
-            found = index(number)
+            found = whole_number(number)
             rest = place - dr.gather(flat, begin, found)
             part = rest / dr.select(rest < 0, 1.0, dr.gather(flat, width, found))
             return dr.gather(flat, code, found) - 0.5 + part

@@ -16,6 +16,7 @@ from sensor.neighbours import run_length
 from sensor.planes import Planes
 from sensor.signal import Signal
 from sensor.stream import Stream
+from sensor.whole_numbers import whole_number
 
 _WHITE_SHARE = 1.0 / math.log(2.0)
 """Variance of the white term in octaves: makes f S(f) at half the pixel rate what it is below."""
@@ -72,7 +73,7 @@ class FlickerNoise(Effect):
         batch, cells = len(signal.frames), (pixels >> _COARSE) + 2
         lane = dr.arange(index, batch * cells)
         frame = lane // cells
-        high = index(dr.gather(flat, cuts, frame * 2 + 1) * float(1 << (octaves - _COARSE)))
+        high = whole_number(dr.gather(flat, cuts, frame * 2 + 1) * float(1 << (octaves - _COARSE)))
         coarse: Any = 0.0
         for j in range(_COARSE, octaves):
             hold = ((lane - frame * cells + high) >> (j - _COARSE)) - (high >> (j - _COARSE))
@@ -82,7 +83,7 @@ class FlickerNoise(Effect):
         length = run_length(signal.backend.arrays, width)  # as the white numbers come
         lane = dr.arange(index, batch * pixels // length)
         frame = lane // (pixels // length)
-        low = index(dr.gather(flat, cuts, frame * 2) * float(1 << _COARSE))
+        low = whole_number(dr.gather(flat, cuts, frame * 2) * float(1 << _COARSE))
         place = (lane - frame * (pixels // length)) * length + low
         octave = [
             _held(numbers, frame * drawn + sum(counts[: j - 1]) - (low >> j), place, j, length)

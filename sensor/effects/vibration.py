@@ -16,6 +16,7 @@ from sensor.neighbours import Neighbours, Places, fetched_anywhere, moved_on
 from sensor.sampled import Sampled
 from sensor.signal import Signal
 from sensor.stream import Stream
+from sensor.whole_numbers import whole_number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,5 +163,4 @@ def _taps(shift: Any) -> tuple[Any, list[Any]]:
     nearest = dr.clip(dr.round(shift), 1.0 - _MARGIN, _MARGIN - 1.0)
     t = nearest - shift
     half = 0.5 * t
-    whole = dr.uint32_array_t(type(shift))(dr.int32_array_t(type(shift))(nearest))
-    return whole, [half * (t - 1.0), 1.0 - t * t, half * (t + 1.0)]
+    return whole_number(nearest), [half * (t - 1.0), 1.0 - t * t, half * (t + 1.0)]
