@@ -148,9 +148,10 @@ def test_near_the_floor_a_search_is_not_ended_by_the_total(
     assert not closing.nothing_left(before, after)  # type: ignore[arg-type]
 
 
-def test_what_lingers_where_most_was_off_is_told() -> None:
+def test_what_lingers_is_told() -> None:
     """More than a tenth of the gap of the family that was most off, or much in itself and a 33rd of
-    what it was, and beyond doubt; or a third of it, where that was little.
+    what it was, and beyond doubt; or a third of it, where that was little. Half of any other one,
+    if that is beyond doubt and much in itself.
     """
 
     def far(codes: float, rows: float, chance: float) -> Distance:
@@ -162,10 +163,13 @@ def test_what_lingers_where_most_was_off_is_told() -> None:
         )
 
     before = far(256.0, 30.0, 0.0)
-    assert lingering(before, far(29.0, 30.0, 1e-90)) == ("codes",)
-    assert lingering(before, far(7.6, 30.0, 1e-90)) == ()
-    assert lingering(before, far(10.0, 30.0, 1e-90)) == ("codes",)
-    assert lingering(before, far(29.0, 30.0, 1e-9)) == ()
+    assert lingering(before, far(29.0, 14.9, 1e-90)) == ("codes",)
+    assert lingering(before, far(7.6, 14.9, 1e-90)) == ()
+    assert lingering(before, far(10.0, 14.9, 1e-90)) == ("codes",)
+    assert lingering(before, far(29.0, 14.9, 1e-9)) == ()
+    assert lingering(before, far(2.0, 15.1, 1e-90)) == ("rows",)
+    assert lingering(far(256.0, 5.0, 0.0), far(2.0, 2.9, 1e-90)) == ()
+    assert lingering(far(256.0, 1.0, 0.0), far(2.0, 15.1, 1e-90)) == ()
     little = far(3.8, 0.5, 1e-20)
     assert lingering(little, far(2.8, 0.4, 1e-13)) == ("codes",)
     assert lingering(little, far(1.2, 0.4, 1e-13)) == ("codes",)
