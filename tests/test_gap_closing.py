@@ -150,8 +150,8 @@ def test_near_the_floor_a_search_is_not_ended_by_the_total(
 
 def test_what_lingers_is_told() -> None:
     """More than a tenth of the gap of the family that was most off, or much in itself and a 33rd of
-    what it was, and beyond doubt; or a third of it, where that was little. Half of any other one,
-    if that is beyond doubt and much in itself.
+    what it was, and beyond doubt; or a third of it, where that was little. A third of any other
+    one, if that is beyond doubt and much in itself.
     """
 
     def far(codes: float, rows: float, chance: float) -> Distance:
@@ -163,11 +163,11 @@ def test_what_lingers_is_told() -> None:
         )
 
     before = far(256.0, 30.0, 0.0)
-    assert lingering(before, far(29.0, 14.9, 1e-90)) == ("codes",)
-    assert lingering(before, far(7.6, 14.9, 1e-90)) == ()
-    assert lingering(before, far(10.0, 14.9, 1e-90)) == ("codes",)
-    assert lingering(before, far(29.0, 14.9, 1e-9)) == ()
-    assert lingering(before, far(2.0, 15.1, 1e-90)) == ("rows",)
+    assert lingering(before, far(29.0, 8.9, 1e-90)) == ("codes",)
+    assert lingering(before, far(7.6, 8.9, 1e-90)) == ()
+    assert lingering(before, far(10.0, 8.9, 1e-90)) == ("codes",)
+    assert lingering(before, far(29.0, 8.9, 1e-9)) == ()
+    assert lingering(before, far(2.0, 9.1, 1e-90)) == ("rows",)
     assert lingering(far(256.0, 5.0, 0.0), far(2.0, 2.9, 1e-90)) == ()
     assert lingering(far(256.0, 1.0, 0.0), far(2.0, 15.1, 1e-90)) == ()
     little = far(3.8, 0.5, 1e-20)

@@ -170,16 +170,13 @@ LINGERS_OF_MOST = 0.03
 dozen more right names ten left less than half of this, and one 3.4 of 144, for a formula that is
 nearly the right one; roots of the codes, taken for a converter's steps, left 10 of 207."""
 
-KEEPS_HALF = 0.5
-"""Part of the gap of any family from which it lingers, at a G of 3 and beyond doubt with the effect
-and without: a table of codes, behind everything, was named as a converter's errors, which lie
-before the colours; of 20 it left 1.5 in the texture and 11 where colours are filled in."""
-
 MOST_LINGERS = 0.3
 HARDLY_CHANCE = 1e-6
 """A gap near its floor is beyond doubt in no family. What keeps so much of the one that was most
 off, and not by chance, has not the cause either: an image lag that was named for a temporal filter
-kept a third of it, and 10 right names 14 % at most."""
+kept a third of it, and 10 right names 14 % at most. Of other families right names left no such
+part at a G of 3 and beyond doubt. A table of codes, behind everything, was twice named as errors of
+a converter, which lie before the colours: where these are filled in 0.55 and 0.32 were left."""
 
 
 def against(before: Measured, after: Measured) -> tuple[str, ...]:
@@ -198,8 +195,8 @@ def against(before: Measured, after: Measured) -> tuple[str, ...]:
 
 
 def lingering(before: Distance, after: Distance) -> tuple[str, ...]:
-    """Families of which a model leaves half, and the one that was most off, where it leaves much of
-    that, each beyond doubt.
+    """Families of which a model leaves a third, and the one that was most off, where it leaves much
+    of that, each beyond doubt.
 
     One of few figures may be off by more, and by chance: it is no witness where another one is.
 
@@ -213,7 +210,7 @@ def lingering(before: Distance, after: Distance) -> tuple[str, ...]:
         was, left = before.by_family[name], after.by_family.get(name, 0.0)
         chance = after.p_by_family.get(name, 1.0)
         if name != most:
-            return left > max(LINGERS_AT_LEAST, KEEPS_HALF * was) and chance < CERTAIN
+            return left > max(LINGERS_AT_LEAST, MOST_LINGERS * was) and chance < CERTAIN
         least = min(LINGERS * was, max(LINGERS_AT_LEAST, LINGERS_OF_MOST * was))
         much = left > least and chance < CERTAIN
         return much or (left > MOST_LINGERS * was and chance < HARDLY_CHANCE)
