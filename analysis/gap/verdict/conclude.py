@@ -45,7 +45,8 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
     word = verdict(len(found.choices), gap, elsewhere(found, setting.told))
-    chances = no_surer([probability_of(k, word, gap, found) for k in range(len(found.choices))])
+    each = range(len(found.choices))
+    chances = no_surer([probability_of(k, word, gap, found, setting) for k in each])
     if word == "partly explained" and likelier_none(found.choices, chances):
         word = "unexplained"
     if word == "unexplained":

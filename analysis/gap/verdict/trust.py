@@ -7,11 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.camera.base import Body
+from analysis.gap.look.missing_codes import missing_everywhere
+from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap
 from analysis.gap.verdict.closing import TELLS_LITTLE, against, closed
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import LEAST_SHRINK, MAY_BE_NOTHING, Choice, confused
 from sensor.effect import Effect
+from sensor.effects.adc_dnl import AdcDnl
 from sensor.effects.specular_glare import SpecularGlare
 
 DOUBT = 0.45
@@ -58,7 +61,7 @@ of the thirteenth set of withheld effects six were named that were wider, 0.48 t
 veil and one for a gamma; of ten narrower ones seven were right, 0.22 to 0.39."""
 
 
-def probability_of(place: int, word: str, gap: Gap, found: Trail) -> float:
+def probability_of(place: int, word: str, gap: Gap, found: Trail, setting: Setting) -> float:
     """Probability that an effect which is named is the one.
 
     Args:
@@ -66,6 +69,7 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail) -> float:
         word: the verdict.
         gap: without and with the effects.
         found: from the base camera to the last model.
+        setting: the capture.
     """
     choices = found.choices
     alone = closed(gap.before, found.measured[1].held.total)
@@ -73,8 +77,12 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail) -> float:
     names = [choice.best.name for choice in choices]
     model = found.models[-1]
     effect = next(one for one in model.effects if one.name == names[place])
-    of_shape = most_of_a_shape(effect, model.scenery.body)
-    most = min(most_of_a_name(word, found), most_of_several(names, place), of_shape)
+    most = min(
+        most_of_a_name(word, found),
+        most_of_several(names, place),
+        most_of_a_shape(effect, model.scenery.body),
+        most_of_a_converter(effect.name, setting),
+    )
     return min(most, beside(choices[place], choices) * trust)
 
 
@@ -116,6 +124,23 @@ def most_of_a_shape(effect: Effect, body: Body) -> float:
     widest_px = WIDEST_PATCH * min(body.height, body.width)
     veil = isinstance(effect, SpecularGlare) and effect.sigma_px > widest_px
     return MOST_AGAINST if veil else 1.0
+
+
+def most_of_a_converter(name: str, setting: Setting) -> float:
+    """The probability that a converter's name does not pass.
+
+    A table of codes behind everything looks like one that leaves codes out, except where colours
+    were filled in.
+
+    Args:
+        name: of the effect.
+        setting: the capture.
+    """
+    if name != AdcDnl.name:
+        return 1.0
+    lit = [frames.dn for frames in setting.key_frames if not frames.shot.dark]
+    view = setting.scenery.view
+    return MOST_AGAINST if missing_everywhere(lit, view.lattices, view.top_dn) else 1.0
 
 
 def likelier_none(choices: Sequence[Choice], chances: Sequence[float]) -> bool:

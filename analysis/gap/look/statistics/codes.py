@@ -59,11 +59,17 @@ def _bumps(histogram: Floats, top_dn: int) -> Floats:
 
 def _empty(histogram: Floats) -> Floats:
     """Root of the share of codes that never occur, of those between frequent ones, (k,)."""
-    frequent = np.pad(histogram > LEAST_COUNT, ((0, 0), (REACH, REACH)))
-    within = np.lib.stride_tricks.sliding_window_view(frequent, 2 * REACH + 1, axis=1)
-    between = within[..., :REACH].any(axis=2) & within[..., REACH + 1 :].any(axis=2)
+    between = between_frequent(histogram)
     empty = (between & (histogram == 0)).sum(axis=1)
     return np.sqrt(safe_ratio(empty.astype(np.float64), between.sum(axis=1)))
+
+
+def between_frequent(histogram: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which codes lie between frequent ones, (k, codes)."""
+    frequent = np.pad(histogram > LEAST_COUNT, ((0, 0), (REACH, REACH)))
+    within = np.lib.stride_tricks.sliding_window_view(frequent, 2 * REACH + 1, axis=1)
+    below, above = within[..., :REACH].any(axis=2), within[..., REACH + 1 :].any(axis=2)
+    return np.asarray(below & above)
 
 
 def _histograms(codes: NDArray[Any]) -> Floats:
