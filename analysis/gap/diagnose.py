@@ -99,7 +99,7 @@ class Diagnosis:
             return None
         last = self.trail.models[-1]
         made = camera_of(last.base, last.scenery.body).plus(*last.effects)
-        if not last.base.level or not last.scenery.light.known:
+        if not last.base.level or not last.scenery.light.in_electrons:
             return made
         level = np.mean(list(last.base.level.values()), axis=0)
         level = np.repeat(level, 3) if len(level) == 1 else level

@@ -1,0 +1,67 @@
+"""The light of a capture that names no scene: a surface through pictures that are even."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.gap.camera.light import EVEN, light_of, surface_of
+from sensor.frames import Capture, Frames
+from sensor.protocol import Shot
+
+HEIGHT, WIDTH = 120, 160
+DOWN, ACROSS = (np.mgrid[:HEIGHT, :WIDTH] - np.array([59.5, 79.5])[:, None, None]) / 60.0
+
+
+def shaded(field_deg: float) -> NDArray[np.float32]:
+    """Light that a lens darkens to its corners at such an angle, from a lamp at one side."""
+    slope2 = np.tan(np.radians(field_deg)) ** 2 * (DOWN**2 + ACROSS**2) / (1 + (4 / 3) ** 2)
+    light = (1 + 0.05 * ACROSS - 0.03 * DOWN) / (1 + slope2) ** 2
+    return np.repeat(light[..., None], 3, axis=2).astype(np.float32)
+
+
+def dust(depth: float) -> NDArray[np.float32]:
+    """What a grain of four pixels leaves of the light."""
+    away2 = ((DOWN - 0.3) ** 2 + (ACROSS - 0.5) ** 2) / (4 / 60) ** 2
+    return (1 - depth * np.exp(-(away2**2)))[..., None].astype(np.float32)
+
+
+@pytest.mark.parametrize("field_deg", [10.0, 30.0, 38.0])
+def test_a_surface_is_what_lens_and_lamp_make_and_not_the_dust(field_deg: float) -> None:
+    light = shaded(field_deg)
+    found = surface_of(light)
+    assert found is not None
+    np.testing.assert_allclose(found, light, rtol=1e-3)
+    through = surface_of(light * dust(0.05))
+    assert through is not None
+    left = (light * dust(0.05) / through).min()
+    assert left == pytest.approx(0.95, abs=0.005)
+
+
+def test_a_picture_with_an_edge_is_not_even() -> None:
+    """Half of a step is left in a strip as wide as the shortest wave of a surface."""
+    half = np.where(ACROSS > 0, 1.0, 0.0)[..., None].astype(np.float32)
+    light = shaded(10.0)
+    assert surface_of(light * (1 + EVEN * half)) is not None
+    assert surface_of(light * (1 + 20 * EVEN * half)) is None
+    assert surface_of(np.zeros_like(light)) is None
+
+
+@pytest.mark.parametrize("patch", [0.0, 0.5])
+def test_pictures_that_are_even_are_judged_and_others_not(patch: float) -> None:
+    """The surface has the frames' own units: no camera file may be built on it."""
+    level = 1000.0 * shaded(20.0)[..., 0]
+    level[30:60, 40:90] *= 1 - patch
+    draw = np.random.default_rng(3)
+
+    def frames(label: str, mean: NDArray[np.float64], light: tuple[str, ...]) -> Frames:
+        noisy = draw.normal(100.0 + mean, 5.0, (4, HEIGHT, WIDTH))
+        shot = Shot(label=label, light=light, exposure_s=0.5, frames=4)
+        return Frames(dn=np.round(noisy).astype(np.uint16), shot=shot, pixels="mono16", bits=12)
+
+    shots = (frames("dark", 0 * level, ("none",)), frames("flat", level, ("sphere",)))
+    found = light_of(Capture(camera="flats", frames=shots), {}, 100.0)
+    assert found.known == (patch == 0)
+    assert not found.in_electrons
+    np.testing.assert_allclose(found.rates["sphere"][..., 1].mean(), 2 * level.mean(), rtol=1e-3)
