@@ -308,5 +308,7 @@ def _plane(frames: Frames, black_dn: float) -> Rate:
         return np.asarray(mean)
     if frames.cfa is None:
         return np.repeat(mean[..., None], 3, axis=2)
-    three = colour_demosaicing().demosaicing_CFA_Bayer_bilinear(mean, frames.cfa)
-    return np.asarray(three, dtype=np.float32)
+    # mirrored about the outermost samples, as the mosaic goes on
+    wider = np.pad(mean, 2, mode="reflect")
+    three = colour_demosaicing().demosaicing_CFA_Bayer_bilinear(wider, frames.cfa)
+    return np.asarray(three[2:-2, 2:-2], dtype=np.float32)
