@@ -12,10 +12,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from analysis.gap.camera.surface import surface_of
 from foundation.panel import Panel
 from render import path_traced
 from render.rate import RateImage
@@ -26,7 +26,6 @@ from sensor.frames import Capture, Frames
 from sensor.protocol import DARK, Shot
 
 Rate = NDArray[np.float32]
-Floats = NDArray[np.float64]
 
 PATHS = 32
 """Light paths per pixel of a rendered scene of usual size: 2e-4 of the light inside panels. Where
@@ -50,17 +49,6 @@ LEAST_SEEN_DN = 4.0
 
 LEAST_CONTRAST = 0.02
 """The same of its light: standard deviation over the mean."""
-
-DEGREE = 10
-"""Of a surface through an even picture: the fourth power of the cosine, by which a lens darkens its
-corners, is one to a thousandth up to 39 degrees. With a degree of 6 corners are off by 2 %."""
-
-BLOCKS_OF_A_SURFACE = 24
-"""Along the shorter side: the surface goes through means of them."""
-
-EVEN = 0.01
-"""What is left of an even picture by such a surface, root mean square over its blocks, as a part of
-the mean: patches of a chart leave 0.3, dust and waves of the silicon less than this."""
 
 LEAST_CORRELATION = 0.8
 """Between the frames of a lamp that show it best and its light; a scene that shows less is another.
@@ -262,42 +250,6 @@ def _from_frames(lit: list[Frames], black_dn: float) -> dict[str, Rate]:
 def _without_pattern(image: Rate) -> Rate:
     """A picture smoothed over the pixels' own pattern, edges as blurred as they are."""
     return np.asarray(np.clip(ndimage.median_filter(image, (5, 5, 1)), 0, None))
-
-
-def surface_of(image: Rate) -> Rate | None:
-    """A smooth surface through an even picture, (H, W, 3); None through any other.
-
-    Every shading by a lamp or a lens is a polynomial of low degree. What is left of it is the
-    camera's, or lies on its window: see docs/decisions/an-even-picture-is-a-surface.md.
-
-    Args:
-        image: the picture.
-    """
-    height, width = image.shape[:2]
-    side = max(1, min(height, width) // BLOCKS_OF_A_SURFACE)
-    h, w = height // side * side, width // side * side
-    blocks = image[:h, :w].reshape(h // side, side, w // side, side, 3).mean(axis=(1, 3))
-    if blocks.mean() <= 0 or min(blocks.shape[:2]) <= DEGREE:
-        return None
-
-    def basis(down: Floats, across: Floats) -> Floats:
-        whole = legendre.legvander2d(down, across, [DEGREE, DEGREE])
-        i, j = np.divmod(np.arange((DEGREE + 1) ** 2), DEGREE + 1)
-        return np.asarray(whole[..., i + j <= DEGREE])
-
-    def places(count: int, length: int, step: int) -> Floats:
-        return (np.arange(count) * step + (step - 1) / 2) / (length - 1) * 2 - 1
-
-    y, x = places(blocks.shape[0], height, side), places(blocks.shape[1], width, side)
-    columns = basis(*np.meshgrid(y, x, indexing="ij")).reshape(blocks[..., 0].size, -1)
-    wanted = blocks.reshape(-1, 3).astype(np.float64)
-    found = np.linalg.lstsq(columns, wanted, rcond=None)[0]
-    off = (wanted - columns @ found) / wanted.mean(axis=0)
-    if np.sqrt(np.square(off).mean()) > EVEN:
-        return None
-    y, x = places(height, height, 1), places(width, width, 1)
-    whole = basis(*np.meshgrid(y, x, indexing="ij")) @ found
-    return np.asarray(np.clip(whole, 0, None), dtype=np.float32)
 
 
 def _plane(frames: Frames, black_dn: float) -> Rate:

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
+from analysis.gap.look.comb import histograms
+from analysis.gap.look.lattices import Lattice, of_a_mosaic
 from analysis.gap.look.statistics.codes import between_frequent
-
-FRAMES = 16
-"""Of each shot."""
 
 LEAST_CODES = 5
 """That measured samples lack: a few may be missing by chance."""
@@ -36,20 +34,15 @@ def missing_everywhere(
         lattices: where the measured samples are.
         top_dn: the largest code.
     """
-    coloured = [stack[:FRAMES] for stack in stacks if stack.ndim == 4]
+    coloured = [stack for stack in stacks if stack.ndim == 4]
     if not coloured or not of_a_mosaic(lattices):
         return False
+    whole = [Lattice(name=c, channel=c, dy=0, dx=0, step=1) for c in "RGB"]
+    measured, everywhere = (histograms(coloured, one, top_dn) for one in (lattices, whole))
     lacking = both = 0
-    for channel in "RGB":
-        own = [one for one in lattices if one.channel == channel]
-        measured = sum(_counts(one.of(stack), top_dn) for one in own for stack in coloured)
-        everywhere = sum(_counts(inner(s)[..., "RGB".index(channel)], top_dn) for s in coloured)
-        filled = everywhere - measured
-        lacks = (measured == 0) & between_frequent(np.array([measured, filled])).all(axis=0)
+    for channel, own in measured.items():
+        filled = everywhere[channel] - own
+        lacks = (own == 0) & between_frequent(np.array([own, filled])).all(axis=0)
         lacking += int(lacks.sum())
         both += int((lacks & (filled == 0)).sum())
     return both >= max(LEAST_CODES, NEARLY_ALL * lacking)
-
-
-def _counts(codes: NDArray[Any], top_dn: int) -> NDArray[np.intp]:
-    return np.bincount(codes.ravel(), minlength=top_dn + 1)
