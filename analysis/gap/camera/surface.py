@@ -6,19 +6,18 @@ its window: see docs/decisions/an-even-picture-is-a-surface.md.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from analysis.gap.look.one_group import blocks
 
-Floats = NDArray[np.float64]
-
 DEGREE = 10
 """Of the polynomial: the fourth power of the cosine, by which a lens darkens its corners, is one to
 a thousandth up to 38 degrees. One of the sixth degree is off by 2 % there."""
+
+LOW = np.add.outer(np.arange(DEGREE + 1), np.arange(DEGREE + 1)) <= DEGREE
+"""Which products of a polynomial down and one across are of no higher degree."""
 
 BLOCKS = 24
 """Along the shorter side: the surface goes through means of them."""
@@ -34,25 +33,23 @@ def surface_of(image: NDArray[np.float32]) -> NDArray[np.float32] | None:
     Args:
         image: the picture, (H, W, 3).
     """
-    size = image.shape[:2]
-    side = max(1, min(size) // BLOCKS)
+    side = max(1, min(image.shape[:2]) // BLOCKS)
     seen = blocks(np.moveaxis(image, 2, 0), side)
     mean = seen.mean(axis=(1, 2))
     if (mean <= 0).any() or min(seen.shape[1:]) <= DEGREE:
         return None
-    down, across = (np.arange(count) * side + (side - 1) / 2 for count in seen.shape[1:])
-    columns = _columns(down, across, size)
-    wanted = seen.reshape(3, -1).T
-    found = np.linalg.lstsq(columns, wanted, rcond=None)[0]
-    if np.sqrt(np.square((wanted - columns @ found) / mean).mean()) > EVEN:
+    pixels = [np.arange(n) for n in image.shape[:2]]
+    middles = [side * np.arange(n) + (side - 1) / 2 for n in seen.shape[1:]]
+    rows, columns, down, across = (
+        2 * at / (n - 1) - 1 for at, n in zip(pixels + middles, 2 * image.shape[:2], strict=True)
+    )
+    y, x = np.meshgrid(down, across, indexing="ij")
+    products = legendre.legvander2d(y, x, [DEGREE, DEGREE])[..., LOW.ravel()]
+    products, wanted = products.reshape(-1, products.shape[-1]), seen.reshape(3, -1).T
+    found = np.linalg.lstsq(products, wanted, rcond=None)[0]
+    if np.sqrt(np.square((wanted - products @ found) / mean).mean()) > EVEN:
         return None
-    surface = _columns(np.arange(size[0]), np.arange(size[1]), size) @ found
-    return np.clip(surface, 0, None).astype(np.float32).reshape(image.shape)
-
-
-def _columns(rows: NDArray[Any], columns: NDArray[Any], size: tuple[int, ...]) -> Floats:
-    """Products of Legendre polynomials up to the degree at pixels, (pixels, products)."""
-    down, across = (2 * at / (n - 1) - 1 for at, n in zip((rows, columns), size, strict=True))
-    products = legendre.legvander2d(*np.meshgrid(down, across, indexing="ij"), [DEGREE, DEGREE])
-    i, j = np.divmod(np.arange((DEGREE + 1) ** 2), DEGREE + 1)
-    return np.asarray(products[..., i + j <= DEGREE].reshape(-1, int((i + j <= DEGREE).sum())))
+    amounts = np.zeros((*LOW.shape, 3))
+    amounts[LOW] = found
+    surface = np.moveaxis(legendre.leggrid2d(rows, columns, amounts), 0, 2)
+    return np.asarray(np.clip(surface, 0, None), dtype=np.float32)
