@@ -1,7 +1,9 @@
 """Poisson counts from one standard normal number w each, without rejection.
 
 Below `SMALL_MEAN` the distribution function is summed until it passes the probability of w: exact.
-Above, the count is the integer part of the Poisson quantile's expansion in the normal one w,
+Where all pixels have one mean, as in the dark, the normal numbers at which that happens are known
+before any is drawn, and a count is how many of them w reaches. Above, the count is the integer part
+of the Poisson quantile's expansion in the normal one w,
 
     Q(w) = m + w sqrt(m) + (1/3 + w^2/6) - (w/36 + w^3/72)/sqrt(m)
              + (-8/405 + 7 w^2/810 + w^4/270)/m
@@ -13,10 +15,14 @@ equation for Q_N3). The distribution function of such counts is off by at most 3
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import drjit as dr
+import numpy as np
+from scipy import special
 
 from sensor.limits import at_least
 
@@ -41,6 +47,40 @@ def poisson_count(mean: Any, normal: Any, least: float = 0.0) -> Any:
         return large
     small = small_mean_count(mean, 0.5 + 0.5 * dr.erf(normal * math.sqrt(0.5)))
     return dr.select(mean < SMALL_MEAN, small, large)
+
+
+HIGHEST = 6.75
+"""Standard normal numbers are below it; see `sensor/box_muller.py`."""
+
+
+@functools.lru_cache(maxsize=64)
+def steps_of(mean: float) -> tuple[float, ...]:
+    """The normal numbers from which a count of a small mean is 1 or more, 2 or more, and so on.
+
+    As many as a power of two, so that few kernels serve all means; the last ones are never reached.
+
+    Args:
+        mean: in e-, below `SMALL_MEAN`.
+    """
+    number = 4
+    # from the upper end, where a float has all digits of what is left of 1
+    while -special.ndtri(special.pdtrc(number - 1, mean)) < HIGHEST:
+        number *= 2
+    return tuple((-special.ndtri(special.pdtrc(np.arange(number), mean))).tolist())
+
+
+def steps_reached(steps: Sequence[Any], normal: Any) -> Any:
+    """Counts of one mean: how many of its steps standard normal numbers reach.
+
+    Args:
+        steps: of `steps_of`, as numbers or as data of a kernel.
+        normal: standard normal numbers, a flat array.
+    """
+    return functools.reduce(
+        lambda count, step: count + dr.select(normal >= step, 1.0, 0.0),
+        steps,
+        dr.zeros(type(normal), dr.width(normal)),
+    )
 
 
 def large_mean_quantile(mean: Any, normal: Any) -> Any:

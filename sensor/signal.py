@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from foundation.backend import Backend
 from sensor.colours import CHANNELS, Colours
-from sensor.limits import lesser
+from sensor.limits import greater, lesser
 from sensor.neighbours import fetched, run_length
 from sensor.planes import Planes
 from sensor.protocol import Shot
@@ -96,7 +96,7 @@ class Signal:
             shots in which no lamp is on.
         clamp_e: mean dark charge in e- that the optical-black clamp takes off before conversion.
         backend: where the arithmetic runs.
-        least: a bound that no number lies below, where somebody has looked.
+        least, most: bounds that no number lies below and above, where somebody has looked.
         interpolated: where the numbers are colours that were just made of a mosaic, how.
     """
 
@@ -109,24 +109,27 @@ class Signal:
     rates: Mapping[str, NDArray[np.float32]] = dataclasses.field(default_factory=dict)
     clamp_e: float = 0.0
     least: float | None = None
+    most: float | None = None
     interpolated: Interpolated | None = None
 
     def replace(self, value: Any, **changes: Any) -> Signal:
         """The same signal with other numbers: a tensor, or planes."""
         return dataclasses.replace(
-            self, numbers=value, **{"least": None, "interpolated": None, **changes}
+            self, numbers=value, **{"least": None, "most": None, "interpolated": None, **changes}
         )
 
     def looked_at(self) -> Signal:
-        """The same signal, its least number known. Waits for the arithmetic, hence once a shot."""
+        """The same signal, its least and its largest number known. Waits for the arithmetic, hence
+        once a shot.
+        """
         value = self.value
-        lowest = value.array
+        lowest = highest = value.array
         if isinstance(self.numbers, Planes) and not self.numbers.run_in:
-            lowest = functools.reduce(
-                lesser, (part for parts in self.numbers.colours for part in parts)
-            )
-            dr.eval(value, lowest)
-        return dataclasses.replace(self, numbers=value, least=float(dr.min(lowest)[0]))
+            parts = [part for parts in self.numbers.colours for part in parts]
+            lowest, highest = functools.reduce(lesser, parts), functools.reduce(greater, parts)
+            dr.eval(value, lowest, highest)
+        least, most = float(dr.min(lowest)[0]), float(dr.max(highest)[0])
+        return dataclasses.replace(self, numbers=value, least=least, most=most)
 
     @property
     def value(self) -> Any:

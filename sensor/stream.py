@@ -23,7 +23,7 @@ from sensor.box_muller import normals
 from sensor.neighbours import run_length
 from sensor.philox import Words, fractions, words
 from sensor.planes import Planes
-from sensor.poisson import poisson_count
+from sensor.poisson import SMALL_MEAN, poisson_count, steps_of, steps_reached
 
 if TYPE_CHECKING:
     from sensor.signal import Signal
@@ -133,6 +133,9 @@ class Stream:
         if signal.least is None:
             signal = signal.looked_at()  # it spares every pixel the sum for small means
         least = signal.least or 0.0
+        if signal.most == least < SMALL_MEAN:  # one mean for all, as in the dark
+            steps = [signal.figure(step) for step in steps_of(least)]
+            return signal.replace(noise.map(lambda w: steps_reached(steps, w)))
         return signal.pointwise(lambda mean, w: poisson_count(mean, w, least), noise)
 
     def _words(self, shape: tuple[int, ...], use: str, blocks: int = 1) -> list[Words]:

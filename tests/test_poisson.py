@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,7 +10,12 @@ import pytest
 from scipy import optimize, stats
 
 from foundation.backend import backend, probe
-from sensor.poisson import SMALL_MEAN, poisson_count
+from sensor.camera_file import load
+from sensor.effects.photon_shot import PhotonShot
+from sensor.poisson import HIGHEST, SMALL_MEAN, poisson_count, steps_of, steps_reached
+from sensor.protocol import Shot
+from sensor.signal import Quantity
+from sensor.simulation import lit, stream_of
 from sensor.stream import Stream
 from tests.harness import SIGNIFICANCE, assert_agree
 
@@ -108,3 +114,51 @@ def test_the_rarest_normal_numbers_give_rare_counts(mean: float) -> None:
     least = stats.poisson.isf(1e-6, mean) if mean > 0 else 0
     assert counts.max() <= most
     assert counts.min() >= least
+
+
+SMALL_MEANS = (0.0, 1e-6, 0.03, 0.5, 2.2, 11.9)
+
+
+@pytest.mark.parametrize("mean", SMALL_MEANS)
+def test_a_step_is_reached_as_often_as_its_count(mean: float) -> None:
+    """P(w >= step k) is the Poisson probability of k or more, to the last normal number drawn."""
+    steps = np.array(steps_of(mean))
+    counts = np.arange(1, len(steps) + 1)
+    np.testing.assert_allclose(stats.norm.sf(steps), stats.poisson.sf(counts - 1, mean), rtol=1e-9)
+    assert steps[-1] > HIGHEST
+
+
+@pytest.mark.parametrize("mean", SMALL_MEANS)
+def test_steps_count_as_the_sum_does(mean: float) -> None:
+    """But for roundings, and beyond 5.4 standard deviations, where the sum knows no more counts."""
+    where = backend()
+    if not where.jit:
+        pytest.skip("counts of the scalar backend are NumPy's")
+    normal = np.random.default_rng(4).standard_normal(400_000).astype(np.float32)
+    drawn = where.tensor(normal).array
+    means = where.tensor(np.full(normal.shape, mean, dtype=np.float32)).array
+    summed = np.asarray(poisson_count(means, drawn).numpy())
+    stepped = np.asarray(steps_reached(steps_of(float(np.float32(mean))), drawn).numpy())
+    assert np.count_nonzero(summed != stepped) <= 20
+    assert np.abs(summed - stepped).max() <= 1
+
+
+def test_a_picture_of_one_mean_is_counted_by_steps_and_any_other_by_sums() -> None:
+    """A picture of one small mean has the counts of that mean, whatever way they are made in; one
+    that differs anywhere is no such picture."""
+    where = backend()
+    if not where.jit:
+        pytest.skip("counts of the scalar backend are NumPy's")
+    camera = load("icx098").resized(24, 32)
+    shot = Shot(label="dark", light=(), level=(), exposure_s=0.03, frames=200)
+    dark = dataclasses.replace(lit(camera, shot, {}, where), quantity=Quantity.ELECTRONS)
+    stream = stream_of(camera, PhotonShot(), shot, 1, range(200), where)
+    even = dark.replace(where.tensor(np.full((1, 24, 32), 0.7)))
+    uneven = np.full((1, 24, 32), 0.7)
+    uneven[0, 5, 7] = 0.8
+    found = stream.counts(even).numpy()
+    beside = stream.counts(dark.replace(where.tensor(uneven))).numpy()
+    assert chi_squared_p(found.ravel(), 0.7) > SIGNIFICANCE
+    differ = np.argwhere((found != beside).any(axis=0)).tolist()
+    assert [5, 7] in differ
+    assert len(differ) <= 3
