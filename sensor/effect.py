@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -36,7 +37,7 @@ class Stage(Enum):
     PROCESSING = "processing"
     TRANSPORT = "transport"
 
-    @property
+    @functools.cached_property
     def place(self) -> int:
         """Position in the signal path."""
         return list(Stage).index(self)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from analysis.gap.look.code_edges import CodeEdges
+from foundation.cores import in_order
 from sensor.effects.white_balance import WhiteBalance
 
 Floats = NDArray[np.float64]
@@ -180,7 +181,8 @@ def _pairs(
     not close, and of `off` what goes with them: errors by which the origin is off.
     """
     origins_dn = origin_dn + BLACK_ERROR_DN * off
-    gains, likely = zip(*(_by_origin(own, origins_dn) for own in colours), strict=True)
+    each = in_order(lambda own: _by_origin(own, origins_dn), colours)
+    gains, likely = zip(*each, strict=True)
     of_both = likely[0][:, None] + likely[1] - np.square(off)
     seen: set[tuple[float, ...]] = set()
     for at in np.argsort(-of_both, axis=None):

@@ -25,6 +25,7 @@ from analysis.gap.look.finer_gains import Gains
 from analysis.gap.look.gains_by_teeth import MOST, gains_by_teeth
 from analysis.gap.look.lattices import Lattice, channels_of
 from analysis.gap.look.whole_gains import white_balance
+from foundation.cores import in_order
 from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Frames
 
@@ -70,7 +71,9 @@ def how_it_counts(
     coloured = keys[0].pixels == "rgb8"
     finer = None
     if told in (IN_FRACTIONS, *TO_EVEN) and not bits and keys[0].top_dn < MOST_CODES:
-        edges = {c: code_edges(shots, lattices, c) for c in channels_of(lattices)}
+        channels = channels_of(lattices)
+        each = in_order(lambda channel: code_edges(shots, lattices, channel), channels)
+        edges = dict(zip(channels, each, strict=True))
         # nobody multiplies a mosaic
         finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
     if finer is not None and (finer.gains or not coloured):

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
 from analysis.gap.ready.hints import HINT_FRAMES, Told
+from foundation.cores import in_order
 from sensor.colours import Colours
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.frames import Frames
@@ -51,7 +52,7 @@ def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
     """
     if not of_a_mosaic(lattices) or any(stack.dn.ndim != 4 for stack in stacks):
         return None
-    halves = [covariances(stacks, lattices, half) for half in (0, 1)]
+    halves = covariances(stacks, lattices)
     whole = {name: halves[0][name] + halves[1][name] for name in halves[0]}
     found = [matrix(one) for one in (whole, *halves)]
     if any(one is None for one in found):
@@ -70,26 +71,30 @@ def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
     return Told(hints=NO_PARTS | {"saturation": vivid}, exact=False, instead=in_parts)
 
 
-def covariances(
-    stacks: Sequence[Frames], lattices: Sequence[Lattice], half: int
-) -> dict[str, Floats]:
-    """Of the noise in time of the three channels, by lattice, over all stacks: (3, 3).
+def covariances(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> list[dict[str, Floats]]:
+    """Of the noise in time of the three channels, by lattice, over all stacks, (3, 3): by every
+    other row of each lattice, and by those between.
 
     Args:
         stacks: colour frames.
         lattices: of a mosaic.
-        half: every other row of each lattice from this one on.
     """
-    found = {lattice.name: np.zeros((3, 3)) for lattice in lattices}
-    for stack in stacks:
-        dn = inner(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
-        noise = dn - dn.mean(axis=0)
-        noise -= noise.mean(axis=(1, 2), keepdims=True)  # the lamp's and the black level's
-        free = 1.0 - 1.0 / len(noise)
-        for lattice in lattices:
-            sites = noise[:, lattice.dy + 2 * half :: 4, lattice.dx :: 2].reshape(-1, 3)
-            found[lattice.name] += (sites.T @ sites) / (len(sites) * free)
-            found[lattice.name] -= ROUNDING_DN2 * np.eye(3)
+    total = sum(in_order(lambda stack: _of_stack(stack, lattices), stacks), np.zeros(()))
+    names = [lattice.name for lattice in lattices]
+    return [dict(zip(names, half, strict=True)) for half in total]
+
+
+def _of_stack(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
+    """Of one stack, (2, lattices, 3, 3)."""
+    dn = inner(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
+    noise = dn - dn.mean(axis=0)
+    noise -= noise.mean(axis=(1, 2), keepdims=True)  # the lamp's and the black level's
+    free = 1.0 - 1.0 / len(noise)
+    found = np.empty((2, len(lattices), 3, 3))
+    for half, k in np.ndindex(found.shape[:2]):
+        dy, dx = lattices[k].dy + 2 * half, lattices[k].dx
+        sites = noise[:, dy::4, dx::2].reshape(-1, 3)
+        found[half, k] = (sites.T @ sites) / (len(sites) * free) - ROUNDING_DN2 * np.eye(3)
     return found
 
 

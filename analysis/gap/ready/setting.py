@@ -19,7 +19,7 @@ from analysis.gap.look.curve import curve, nearly_straight
 from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
-from analysis.gap.look.observe import observe
+from analysis.gap.look.observe import begun
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import Told, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
@@ -85,6 +85,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     keys = [f for f in capture.frames if f.shot.label in chosen.key]
     black_dn = black_of_frames(capture.frames)
     cfa = first.cfa or _cfa(lattices)
+    seen = begun((stack_of(f, chosen) for f in keys), view)
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
     bits = empty_bits(keys, lattices)
     counting = how_it_counts(capture.frames, keys, lattices, counts, bits, black_dn)
@@ -99,7 +100,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         capture=capture,
         plan=chosen,
         scenery=scenery,
-        seen=observe((stack_of(f, chosen) for f in keys), view),
+        seen=seen(),
         black_dn=black_dn,
         counting=counting,
         told=_told(keys, bits, counts, black_dn, counting.slight),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Mapping
 
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
@@ -19,6 +20,7 @@ from analysis.gap.ready.undone import unbent, unmixed
 from analysis.gap.ready.wandering import wandering
 from analysis.gap.ready.wave import wave
 from analysis.gap.suspects.lobe import lobe_of
+from foundation.cores import in_order
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.black_level_drift import BlackLevelDrift
@@ -34,21 +36,28 @@ from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
 from sensor.effects.spatial_denoise import SpatialDenoise
 from sensor.effects.specular_glare import SpecularGlare
 
+PerhapsHints = Mapping[str, float | Colours | None]
+
 
 def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
     """Where searches should begin whatever the model, by effect."""
     stacks = setting.key_frames
     lattices = setting.scenery.view.lattices
-    dwell = dwell_s(stacks, lattices)
-    found: dict[str, dict[str, float | Colours | None]] = {
-        Interference.name: dict(wave(stacks, lattices)),
-        LampFlicker.name: {"mains_hz": mains_hz(stacks)},
-        RandomTelegraphNoise.name: {"dwell_up_s": dwell, "dwell_down_s": dwell},
-        Blooming.name: {"full_well_e": full_well_e(stacks, lattices, base)},
+
+    def dwell() -> PerhapsHints:
+        one = dwell_s(stacks, lattices)
+        return {"dwell_up_s": one, "dwell_down_s": one}
+
+    readings: dict[str, Callable[[], PerhapsHints]] = {
+        Interference.name: lambda: wave(stacks, lattices),
+        LampFlicker.name: lambda: {"mains_hz": mains_hz(stacks)},
+        RandomTelegraphNoise.name: dwell,
+        Blooming.name: lambda: {"full_well_e": full_well_e(stacks, lattices, base)},
     }
+    found = in_order(lambda reading: reading(), readings.values())
     return {
         effect: {name: value for name, value in hints.items() if value is not None}
-        for effect, hints in found.items()
+        for effect, hints in zip(readings, found, strict=True)
     }
 
 
@@ -61,30 +70,44 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
         told[DefocusError.name] = disc
     if curve := told.get(Gamma.name):
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
-    if mix := mixed(setting.key_frames, setting.scenery.view.lattices):
-        told[ColorMatrix.name] = _with_bases(setting, mix)
-    if room := lit_room(setting):
-        told[AmbientLight.name] = room
-    if spots := hot(setting):
-        told[HotPixels.name] = spots
-    if chain := trapped(setting):
-        # somebody else's traps may jump by other laws
-        fitted = Told(hints=chain.hints, exact=False)
-        told[RandomTelegraphNoise.name] = dataclasses.replace(chain, instead=fitted)
-    if full := brimful(setting):
-        told[Blooming.name] = full
-    if drift := wandering(setting):
-        told[BlackLevelDrift.name] = drift
-    # a codec's losses make neighbours agree as well
-    if Jpeg.name not in told and (smooth := filtered(setting)):
-        told[SpatialDenoise.name] = smooth
-    return told
+    found = in_order(lambda reading: reading(setting), READINGS.values())
+    return told | {name: one for name, one in zip(READINGS, found, strict=True) if one}
+
+
+def _mixed(setting: Setting) -> Told | None:
+    mix = mixed(setting.key_frames, setting.scenery.view.lattices)
+    return _with_bases(setting, mix) if mix else None
 
 
 def _with_bases(setting: Setting, mix: Told) -> Told:
     """A matrix as it is told, and as it may be told otherwise, with the camera in front of each."""
     instead = None if mix.instead is None else _with_bases(setting, mix.instead)
     return dataclasses.replace(mix, base=unmixed(setting, mix), instead=instead)
+
+
+def _jumping(setting: Setting) -> Told | None:
+    chain = trapped(setting)
+    if chain is None:
+        return None
+    # somebody else's traps may jump by other laws
+    return dataclasses.replace(chain, instead=Told(hints=chain.hints, exact=False))
+
+
+def _smoothed(setting: Setting) -> Told | None:
+    # a codec's losses make neighbours agree as well
+    return None if Jpeg.name in setting.told else filtered(setting)
+
+
+READINGS: Mapping[str, Callable[[Setting], Told | None]] = {
+    ColorMatrix.name: _mixed,
+    RandomTelegraphNoise.name: _jumping,
+    AmbientLight.name: lit_room,
+    HotPixels.name: hot,
+    Blooming.name: brimful,
+    BlackLevelDrift.name: wandering,
+    SpatialDenoise.name: _smoothed,
+}
+"""What frames tell of suspects by themselves, by name of the effect."""
 
 
 def hints_of(case: Case) -> dict[str, Hints]:
