@@ -24,6 +24,7 @@ from analysis.gap.calibrate.darks import (
 from analysis.gap.calibrate.space import Space, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base, channels_alike
+from analysis.gap.look.families import EVERY_SHOT
 from analysis.gap.look.observation import Key, Observation
 from analysis.gap.measure.distance import Yardstick
 from analysis.gap.measure.measured import errors_of
@@ -359,9 +360,12 @@ def test_spots_of_twins_do_not_tell_where_those_of_another_body_are() -> None:
 
 def twins_that_stay(noise_dn2: float) -> Observation:
     """Figures that are 0 in all of 16 twins of 2 shots; the last is how many frames repeat."""
-    names = ("a code", "another", "repeated frames")
+    names = {"a code": "a", "another": "a", "repeated frames": EVERY_SHOT}
     return Observation(
-        keys=tuple(Key(shot="a", lattice="Y", family="time", statistic=name) for name in names),
+        keys=tuple(
+            Key(shot=shot, lattice="Y", family="time", statistic=name)
+            for name, shot in names.items()
+        ),
         figures=np.zeros((16, 3)), shots=("a", "b"), lit=frozenset(), channels=("Y",),
         means=np.zeros((16, 2, 1, 1)), noise=np.full((2, 1), noise_dn2), grid=(1, 1), samples=1,
         frames=4, counted=8,

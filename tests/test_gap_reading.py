@@ -26,7 +26,7 @@ from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, nearly_straight, powered
 from analysis.gap.look.gains_by_teeth import gains_by_teeth
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.look.repeats import fresh, repeats
+from analysis.gap.look.repeats import fresh, partly_repeats, repeats
 from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.measure.signature import scaled, starts
 from analysis.gap.ready.full_well import full_well_e, level_of_full
@@ -351,6 +351,30 @@ def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:
     assert repeats(dn).tolist() == [False, False, True, False, False, True, True, False]
     assert fresh(dn, 7).ravel().tolist() == [0, 1, 2, 3, 4, 0, 1]
     assert fresh(dn[[0, 1, 3]], 2).ravel().tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("shape", [(12, 48, 96), (12, 48, 96, 3)])
+def test_a_frame_that_repeats_rows_of_the_one_before_is_told_from_one_that_is_all_the_same(
+    shape: tuple[int, ...],
+) -> None:
+    """Torn frames have the lower rows of the frame before, late fields its odd ones. A border that
+    never changes is in every frame, and a frame that repeats all of the one before is counted as
+    such."""
+    dn = np.random.default_rng(5).normal(40.0, 0.7, shape).round().astype(np.uint8)
+    dn[:, :4] = np.arange(96, dtype=np.uint8).reshape(1, 1, 96, *(1,) * (len(shape) - 3))
+    assert not partly_repeats(dn).any()
+    dn[3, 30:] = dn[2, 30:]
+    dn[7, 1::2] = dn[6, 1::2]
+    dn[10] = dn[9]
+    assert np.flatnonzero(partly_repeats(dn)).tolist() == [3, 7]
+
+
+def test_rows_that_hardly_change_are_no_witnesses() -> None:
+    """A row of a dark that is clipped at its black level, where one pixel is hot, changes by that
+    pixel alone and repeats in many frames."""
+    dn = np.zeros((40, 48, 96), dtype=np.uint8)
+    dn[:, :, 50] = np.random.default_rng(6).integers(3, 5, (40, 48))
+    assert not partly_repeats(dn).any()
 
 
 def test_a_threshold_is_twice_as_strong_at_half_its_value() -> None:

@@ -19,7 +19,14 @@ from analysis.gap.look.arithmetic import (
     arithmetic_of,
     rules_of,
 )
-from analysis.gap.look.families import OF_A_BODY, OTHERWISE, REPEATED, STAGES, stage_of
+from analysis.gap.look.families import (
+    OF_A_BODY,
+    OTHERWISE,
+    REPEATED,
+    REPEATED_IN_PART,
+    STAGES,
+    stage_of,
+)
 from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
 from analysis.gap.look.observation import Stack, View
 from analysis.gap.look.observe import observe
@@ -419,8 +426,8 @@ def test_what_is_looked_at_together_is_what_is_looked_at_alone(size: tuple[int, 
     for stack in stacks:
         alone = observe([stack], view)
         own = [k for k, key in enumerate(together.keys) if key.shot == stack.label]
-        assert [together.keys[k] for k in own] == list(alone.keys[:-1])
-        assert together.figures[0, own] == pytest.approx(alone.figures[0, :-1], rel=1e-5, abs=1e-6)
+        assert [together.keys[k] for k in own] == list(alone.keys[:-2])
+        assert together.figures[0, own] == pytest.approx(alone.figures[0, :-2], rel=1e-5, abs=1e-6)
         place = together.shots.index(stack.label)
         assert np.array_equal(together.means[:, place], alone.means[:, 0])
 
@@ -473,5 +480,6 @@ def test_every_statistic_is_of_a_stage() -> None:
         assert stage_of("tails", "kurtosis", lit=lit) == "readout"
         assert stage_of("interpolation", "grid of 8, down", lit=lit) == "transport"
         assert stage_of("time", REPEATED, lit=lit) == "transport"
+        assert stage_of("time", REPEATED_IN_PART, lit=lit) == "transport"
     assert stage_of("texture", "residual power", lit=True) == "optics"
     assert stage_of("texture", "residual power", lit=False) == "photosite"

@@ -23,7 +23,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.families import IMAGE, REPEATED
+from analysis.gap.look.families import EVERY_SHOT, IMAGE
 from analysis.gap.look.kinds import kinds
 from analysis.gap.look.observation import Key, Observation
 
@@ -219,8 +219,8 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
         C(g, k) / C(n + g, k)
 
     and the difference counts as many standard errors as a normal one of that chance. Frames with
-    noise in time never repeat each other by chance: there k repeats are BEYOND_DOUBT sqrt(k)
-    standard errors from none.
+    noise in time never repeat each other by chance, nor rows of them: there k repeats are
+    BEYOND_DOUBT sqrt(k) standard errors from none.
 
     Args:
         twins: groups of the model.
@@ -234,7 +234,7 @@ def never_moved(twins: Observation, seen: Observation) -> Floats:
     off = np.abs(seen.figures.mean(axis=0) - twins.figures[0])
     errors = np.where(still & (moved > 0), off / np.maximum(counts, 1e-9), 0.0)
     if twins.noise.max(axis=1).min() > CHANGING_DN2:
-        repeated = np.array([key.statistic == REPEATED for key in twins.keys])
+        repeated = np.array([key.shot == EVERY_SHOT for key in twins.keys])
         of_repeats = np.sqrt(np.maximum(off * seen.counted, 1.0)) / (BEYOND_DOUBT * seen.counted)
         errors = np.where(repeated & still, of_repeats, errors)
     return np.asarray(errors)

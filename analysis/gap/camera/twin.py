@@ -15,7 +15,7 @@ from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import beyond_stated, light_noise
 from analysis.gap.look.observation import Observation, Stack, View
 from analysis.gap.look.observe import begun
-from analysis.gap.look.repeats import fresh, repeats
+from analysis.gap.look.repeats import fresh, partly_repeats, repeats
 from analysis.gap.look.statistics.greens import APART, apart
 from foundation.backend import Backend, backend
 from foundation.cores import products_on_one_core
@@ -249,6 +249,7 @@ def _stacks(camera: Camera, lights: Sequence[Signal], wanted: int, seed: int) ->
             groups=[fresh(dn, wanted)],
             counted=len(dn),
             repeated=int(repeats(dn).sum()),
+            in_part=int(partly_repeats(dn).sum()),
         )
 
 

@@ -60,9 +60,11 @@ OF_A_BODY = frozenset(
 
 EVERY_SHOT = "every shot"
 REPEATED = "repeated frames"
-"""A statistic of all shots together, of the family of time."""
+REPEATED_IN_PART = "repeated rows"
+"""Statistics of all shots together, of the family of time: shares of the frames that repeat the one
+before, and of those that repeat rows of it."""
 
-OTHERWISE = {REPEATED: "transport", "grid of 8": "transport", "kurtosis": "readout"}
+OTHERWISE = {"repeated": "transport", "grid of 8": "transport", "kurtosis": "readout"}
 """Beginnings of the names of statistics, and the stage where a gap in each most often begins where
 that is not the stage of its family."""
 

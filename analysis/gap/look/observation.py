@@ -90,6 +90,7 @@ class Stack:
         groups: its frames in groups, none of which repeats another.
         counted: frames as they came.
         repeated: how many of these repeated the one before.
+        in_part: how many others repeated rows of the one before.
     """
 
     label: str
@@ -97,3 +98,4 @@ class Stack:
     groups: Sequence[NDArray[Any]]
     counted: int
     repeated: int
+    in_part: int = 0

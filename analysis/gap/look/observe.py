@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.families import EVERY_SHOT, REPEATED
+from analysis.gap.look.families import EVERY_SHOT, REPEATED, REPEATED_IN_PART
 from analysis.gap.look.lattices import channels_of
 from analysis.gap.look.observation import Key, Observation, Stack, View
 from analysis.gap.look.one_group import OfAGroup, between, on_lattices
@@ -42,10 +42,11 @@ def begun(stacks: Iterable[Stack], view: View) -> Callable[[], Observation]:
     names: dict[str, list[_Name]] = {}
     looks: dict[_Name, _Seen] = {}
     waiting: dict[bool, dict[_Name, NDArray[Any]]] = {False: {}, True: {}}
-    counted, repeated, lit = 0, 0, set()
+    counted, repeated, in_part, lit = 0, 0, 0, set()
     for stack in stacks:
         counted += stack.counted
         repeated += stack.repeated
+        in_part += stack.in_part
         if stack.lit:
             lit.add(stack.label)
         groups = [np.ascontiguousarray(dn) for dn in stack.groups]
@@ -63,19 +64,20 @@ def begun(stacks: Iterable[Stack], view: View) -> Callable[[], Observation]:
         looks |= _submitted(alike, kind, view)
     _keep(looks)
     seen = [(label, [looks[name] for name in shot]) for label, shot in names.items()]
-    return functools.partial(_gathered, seen, (counted, repeated), frozenset(lit), view)
+    shares = {REPEATED: repeated / counted, REPEATED_IN_PART: in_part / counted}
+    return functools.partial(_gathered, seen, counted, shares, frozenset(lit), view)
 
 
 def _gathered(
     seen: Sequence[tuple[str, Sequence[_Seen]]],
-    frames: tuple[int, int],
+    counted: int,
+    shares: Mapping[str, float],
     lit: frozenset[str],
     view: View,
 ) -> Observation:
-    """Everything that was seen of the groups of each shot, by its label, and of how many frames how
-    many repeat.
+    """Everything that was seen of the groups of each shot, by its label, and which shares of the
+    frames counted repeat.
     """
-    counted, repeated = frames
     keys: list[Key] = []
     by_key: list[Sequence[float]] = []
     for label, shot in seen:
@@ -83,8 +85,9 @@ def _gathered(
         keys += _keys(label, shared)
         by_key += zip(*([one.figures[where] for where in shared] for one in shot), strict=True)
     # they are so few that only all shots together tell how many
-    keys.append(Key(shot=EVERY_SHOT, lattice="all", family="time", statistic=REPEATED))
-    by_key.append([repeated / counted] * len(seen[0][1]))
+    for statistic, share in shares.items():
+        keys.append(Key(shot=EVERY_SHOT, lattice="all", family="time", statistic=statistic))
+        by_key.append([share] * len(seen[0][1]))
     channels = channels_of(view.lattices)
     return Observation(
         keys=tuple(keys),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.look.observation import Stack
-from analysis.gap.look.repeats import fresh, repeats
+from analysis.gap.look.repeats import fresh, partly_repeats, repeats
 from sensor.frames import Capture, Frames
 
 GROUP_FRAMES = 8
@@ -126,4 +126,5 @@ def stack_of(frames: Frames, plan: Plan) -> Stack:
         groups=np.split(fresh(taken, wanted), plan.groups),
         counted=len(taken),
         repeated=int(repeats(taken).sum()),
+        in_part=int(partly_repeats(taken).sum()),
     )
