@@ -13,9 +13,11 @@ import pytest
 from PIL import Image
 
 from analysis.gap.diagnose import Diagnosis, diagnose
+from analysis.gap.look.families import EVERY_SHOT, REPEATED_IN_PART
 from analysis.gap.ready.hints import Told
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import look
+from analysis.gap.report import NO_GAP, GapReport, Place
 from camtruth.report.gap import answer, page
 from sensor.catalogue import catalogue, effects_from_file
 from sensor.colours import Colours
@@ -221,6 +223,30 @@ def test_the_camera_that_is_written_has_what_was_found() -> None:
     assert found.get(RowNoise) is not None
     assert (found.width, found.height, found.pixels) == (WIDTH, HEIGHT, "rgb8")
     assert pytest.approx(0.02, rel=0.05) == found.gain_dn_per_e.G
+
+
+@pytest.mark.parametrize(
+    ("shot", "channel", "words"),
+    [
+        ("lit", "R", "“repeated rows” of shot lit, R (transport)"),
+        (EVERY_SHOT, None, "“repeated rows” of every shot (transport)"),
+    ],
+)
+def test_what_is_unexplained_is_said_to_lie_somewhere(
+    shot: str, channel: str | None, words: str
+) -> None:
+    place = Place(
+        family="time",
+        statistic=REPEATED_IN_PART,
+        stage="transport",
+        channel=channel,
+        shot=shot,
+        panel=None,
+        z=9.0,
+        size=0.1,
+        unit="1",
+    )
+    assert words in answer(GapReport(verdict="unexplained", gap=NO_GAP, where=(place,)))
 
 
 def test_the_page_shows_the_answer() -> None:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.camera.twin import electrons
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.look.families import STAGES
-from analysis.gap.report import Figure, GapReport, Named
+from analysis.gap.look.families import EVERY_SHOT, STAGES
+from analysis.gap.report import Figure, GapReport, Named, Place
 from analysis.gap.verdict.verdict import LEAST_SCORE, MARGIN, MARGIN_OF_SCORE
 from camtruth.report.pictures import data_url
 from camtruth.report.plot import Axis, Marks, axis_over, plot
@@ -45,7 +45,7 @@ def answer(report: GapReport) -> str:
             near = f" The nearest known effect is {nearest}." if nearest else ""
             return (
                 f"Unexplained: there is a gap (p = {gap.p_value_before:.2g}), largest in"
-                f" {_place(place.statistic, place.shot, place.channel)}, and no known effect, nor"
+                f" {_words(place)}, and no known effect, nor"
                 f" several, accounts for it.{near} Next capture: {report.next_capture}."
             )
     names = " and ".join(_with_parameters(e) for e in report.effects)
@@ -70,8 +70,11 @@ def answer(report: GapReport) -> str:
     return text
 
 
-def _place(statistic: str, shot: str, channel: str | None) -> str:
-    return f"“{statistic}” of shot {shot}" + (f", {channel}" if channel else "")
+def _words(place: Place) -> str:
+    """A place in words, with the stage where gaps of its kind most often begin."""
+    shot = place.shot if place.shot == EVERY_SHOT else f"shot {place.shot}"
+    channel = f", {place.channel}" if place.channel else ""
+    return f"“{place.statistic}” of {shot}{channel} ({place.stage})"
 
 
 def _with_parameters(effect: Named) -> str:
