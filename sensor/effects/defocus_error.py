@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,40 +35,22 @@ class DefocusError(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        flat = signal.value.array
-        dr.eval(flat)
-        kind, index = type(flat), dr.uint32_array_t(type(flat))
-        whole = dr.int32_array_t(index)
-        weights, rows, columns = disc(self.diameter_px)
-        table = signal.backend.tensor(weights).array
-        downs, rights = (whole(np.ascontiguousarray(n, dtype=np.int32)) for n in (rows, columns))
-        taps = dr.opaque(signal.backend.arrays.UInt32, len(weights))
+        kernel = disc(self.diameter_px)
+        rates = np.asarray(signal.value.numpy(), dtype=np.float32).reshape(signal.shape)
+        # by Fourier transforms where a disc is large: light is never below nought
+        soft = [np.maximum(_filtered(rate, kernel), 0.0) for rate in rates]
+        return signal.from_numpy(np.stack(soft))
 
-        f, height, width, depth = signal.shape
-        lane = dr.arange(index, f * height * width * depth)
-        pixel = lane // depth
-        line = pixel // width
-        column, colour = pixel - line * width, lane - pixel * depth
-        frame = line // height
-        row = line - frame * height
 
-        def step(tap: Any, total: Any) -> tuple[Any, Any]:
-            at = index(tap)
-            y = index(dr.clip(whole(row) + dr.gather(whole, downs, at), 0, height - 1))
-            x = index(dr.clip(whole(column) + dr.gather(whole, rights, at), 0, width - 1))
-            light = dr.gather(kind, flat, ((frame * height + y) * width + x) * depth + colour)
-            return tap + 1, total + dr.gather(kind, table, at) * light
+def _filtered(rate: NDArray[np.float32], kernel: NDArray[np.float64]) -> NDArray[np.float32]:
+    import cv2
 
-        start = (signal.backend.arrays.UInt32(0), dr.zeros(kind, dr.width(lane)))
-        _, total = dr.while_loop(
-            start, lambda tap, total: tap < taps, step, labels=("tap", "total")
-        )
-        return signal.replace(type(signal.value)(total, signal.shape))
+    return np.asarray(cv2.filter2D(rate, -1, kernel, borderType=cv2.BORDER_REPLICATE))
 
 
 @functools.lru_cache(maxsize=64)
-def disc(diameter_px: float) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
-    """Weights, rows and columns of the pixels that a disc covers; the weights add to 1.
+def disc(diameter_px: float) -> NDArray[np.float64]:
+    """Weights of the pixels about one that a disc covers, (n, n) and n odd; they add to 1.
 
     Each weight is the area that a pixel shares with a disc. Sharing a square adds its own spread of
     1/12 px^2, so the disc is drawn a little smaller, to have a variance of D^2 / 16 all the same.
@@ -83,15 +64,7 @@ def disc(diameter_px: float) -> tuple[NDArray[np.float64], NDArray[np.int32], ND
             small = middle
         else:
             large = middle
-    grid = _shared_area(small)
-    rows, columns = np.nonzero(grid > 1e-6)
-    weights = grid[rows, columns]
-    half = len(grid) // 2
-    return (
-        weights / weights.sum(),
-        (rows - half).astype(np.int32),
-        (columns - half).astype(np.int32),
-    )
+    return _shared_area(small)
 
 
 def _shared_area(diameter_px: float) -> NDArray[np.float64]:

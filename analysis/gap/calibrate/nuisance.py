@@ -109,7 +109,8 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         # small beside the noise of every channel: their gains may differ several times
         charge = 0.3 * float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
         knobs.append(Knob(name="dark", channel=None, step=charge / longest))
-    if lit and scenery.light.known:
+    # a surface through the frames is as soft as any
+    if lit and scenery.light.known and scenery.light.in_electrons:
         knobs.append(Knob(name="blur", channel=None, step=BLUR_STEP_PX2 + 0.1 * base.blur_px2))
     if len(exposures) > 1:
         shown = black_dn / float(base.gain_dn_per_e.max())
