@@ -156,6 +156,7 @@ class Effect(abc.ABC):
         reference: where the model is from.
         history_frames: how many earlier frames it needs to make one (lag, filters in time).
         repeats: whether a frame may be the one before it again.
+        product: whether its strengths are factors, so that without any of them it does nothing.
     """
 
     name: ClassVar[str]
@@ -166,6 +167,7 @@ class Effect(abc.ABC):
     quantity_override: ClassVar[Quantity | None] = None
     history_frames: ClassVar[int] = 0
     repeats: ClassVar[bool] = False
+    product: ClassVar[bool] = False
 
     @abc.abstractmethod
     def apply(self, signal: Signal, stream: Stream) -> Signal:

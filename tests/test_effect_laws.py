@@ -160,6 +160,16 @@ def test_at_zero_strength_it_is_the_identity(kind: type[Effect], where: str) -> 
     assert np.array_equal(codes(cam, where=where), codes(less, where=where))
 
 
+@pytest.mark.parametrize("kind", [k for k in KINDS if k.product], ids=lambda kind: kind.name)
+def test_without_any_factor_of_its_strength_it_is_the_identity(kind: type[Effect]) -> None:
+    cam = camera(kind())
+    less = dataclasses.replace(cam, effects=tuple(e for e in cam.effects if e.name != kind.name))
+    assert not np.array_equal(codes(cam), codes(less))
+    for p in kind.parameters():
+        if p.identity is not None:
+            assert np.array_equal(codes(camera(kind(**{p.name: p.identity}))), codes(less)), p.name
+
+
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 def test_parameters_outside_their_range_are_refused_with_the_range(kind: type[Effect]) -> None:
     for p in kind.parameters():

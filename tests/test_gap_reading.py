@@ -38,8 +38,10 @@ from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.chroma_subsampling import ChromaSubsampling
 from sensor.effects.defect_correction import DefectCorrection
+from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.gamma import Gamma
 from sensor.effects.specular_glare import SpecularGlare
+from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.frames import Frames
 from sensor.protocol import Shot
 from tests.effects_chain import applied
@@ -469,6 +471,12 @@ def test_a_strength_that_no_camera_has_does_nothing() -> None:
         assert not does_nothing(scaled(usual, 1e-2)), kind.name
     assert does_nothing(Gamma(exponent=1.0000002))
     assert not does_nothing(Gamma(exponent=0.99))
+
+
+def test_factors_do_nothing_without_one_of_them() -> None:
+    assert does_nothing(DustShadow(depth=0.0))
+    assert does_nothing(DustShadow(number=0.0))
+    assert not does_nothing(VignettingExcess(k2=0.0))
 
 
 def test_an_effect_of_two_strengths_is_tried_with_the_other_one_and_with_both() -> None:

@@ -34,6 +34,7 @@ class DustShadow(Effect):
     name: ClassVar[str] = "dust_shadow"
     stage: ClassVar[Stage] = Stage.OPTICS
     position: ClassVar[int] = 70
+    product: ClassVar[bool] = True
     reference: ClassVar[str] = "Willson et al., i-SAIRAS 2005: an optical model of dust"
 
     number: float = parameter(

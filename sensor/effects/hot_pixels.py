@@ -28,6 +28,7 @@ class HotPixels(Effect):
     name: ClassVar[str] = "hot_pixels"
     stage: ClassVar[Stage] = Stage.PHOTOSITE
     position: ClassVar[int] = 34
+    product: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "Leung, Chapman, Koren and Koren, Characterization of gain-enhanced in-field defects in "
         "digital imagers, IEEE DFT 2009"

@@ -32,6 +32,7 @@ class RandomTelegraphNoise(Effect):
     name: ClassVar[str] = "random_telegraph_noise"
     stage: ClassVar[Stage] = Stage.PHOTOSITE
     position: ClassVar[int] = 55
+    product: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "Hopkins and Hopkinson, Random telegraph signals from proton-irradiated CCDs, IEEE Trans. "
         "Nucl. Sci. 40, 1993; Wang et al., Random telegraph signal in CMOS image sensor pixels, "

@@ -35,6 +35,7 @@ class Smear(Effect):
     name: ClassVar[str] = "smear"
     stage: ClassVar[Stage] = Stage.TRANSFER
     position: ClassVar[int] = 10
+    product: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "Teranishi and Ishihara, Smear reduction in the interline CCD image sensor, "
         "IEEE Trans. Electron Devices 34, 1987"

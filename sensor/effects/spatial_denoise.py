@@ -50,6 +50,7 @@ class SpatialDenoise(Effect):
     name: ClassVar[str] = "spatial_denoise"
     stage: ClassVar[Stage] = Stage.PROCESSING
     position: ClassVar[int] = 40
+    product: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "Lee, Digital image smoothing and the sigma filter, CVGIP 24, 255 (1983); Tomasi and "
         "Manduchi, Bilateral filtering for gray and color images, ICCV (1998)"

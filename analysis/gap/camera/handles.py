@@ -101,8 +101,12 @@ def does_nothing(effect: Effect) -> bool:
     Args:
         effect: at fitted parameters; one without strengths always does something.
     """
-    strengths = [p for p in effect.parameters() if p.identity is not None]
-    return bool(strengths) and all(_is_off(p, getattr(effect, p.name)) for p in strengths)
+    strengths = [
+        (p, getattr(effect, p.name)) for p in effect.parameters() if p.identity is not None
+    ]
+    if effect.product and any(value == p.identity for p, value in strengths):
+        return True
+    return bool(strengths) and all(_is_off(p, value) for p, value in strengths)
 
 
 def _is_off(strength: Parameter, value: float | Colours) -> bool:

@@ -58,11 +58,21 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
             # what it was chosen for is its score as it was found
             moved = dataclasses.replace(again, score=found.score, misfit=found.misfit)
             choice = dataclasses.replace(choice, best=moved)
-            step = nearer(step, _as_found(setting, model, choice))
+            step = _nearer_with_it(step, _as_found(setting, model, choice))
     much = closed(now.held.total, step.left.held.total) >= MUCH
     if step.ends or not much:
         return step
-    return nearer(step, _calibrated(setting, step, step.model.effects))
+    return _nearer_with_it(step, _calibrated(setting, step, step.model.effects))
+
+
+def _nearer_with_it(step: Step, calibrated: Step) -> Step:
+    """The one that leaves less, if there is anything of the suspect in it."""
+    return step if _is_gone(calibrated) else nearer(step, calibrated)
+
+
+def _is_gone(step: Step) -> bool:
+    """Whether the effect that was added does nothing once the camera is calibrated with it."""
+    return does_nothing(step.model.effects[-1])
 
 
 def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
@@ -87,7 +97,7 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     if now.misfit <= FITS and found.model is None and found.told is None:
         fitted = refine(now.base, fit_half, lit, effects, steps=ANEW_STEPS, tuned=found.name)
         calibrated = step_of(setting, choice, around_it(fitted, lit))
-        if calibrated.ends:
+        if calibrated.ends and not _is_gone(calibrated):
             return calibrated
     step = step_of(setting, choice, found.model or around_it(now, scenery))
     if step.ends:
@@ -162,10 +172,8 @@ def _far_nearer(other: Measured, best: Measured) -> bool:
 
 
 def _is_no_cause(step: Step, now: Measured) -> bool:
-    """Whether a gap is closed by an effect's width alone, or by one that does next to nothing once
-    the camera is calibrated with it.
-    """
-    return closes_by_width(step, now) or does_nothing(step.model.effects[-1])
+    """Whether a gap is closed by an effect's width alone, or by one of which nothing is left."""
+    return closes_by_width(step, now) or _is_gone(step)
 
 
 def closes_by_width(step: Step, now: Measured) -> bool:
