@@ -27,7 +27,7 @@ WITNESS = 40
 """Pixels of a row that change from a frame to the next, in most of them, from which none of them
 changes by no chance: of noise that changes every tenth pixel of 400, once in 10^18 rows."""
 
-FIRST = 8
+FIRST = 32
 """Pixels that say of most rows that they do not repeat."""
 
 
