@@ -8,18 +8,21 @@ that is right otherwise, a step of calibration leaves less than a tenth of d.
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from analysis.gap.calibrate.fit import around
+from analysis.gap.calibrate.nuisance import knobs_of
 from analysis.gap.calibrate.refine import Refined
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.ready.setting import look
 from analysis.gap.verdict import confirm
 from analysis.gap.verdict.verdict import Choice
 from analysis.identifiability.known import base_of
+from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.sharpening import Sharpening
 from sensor.record import record
 from tests.candidates import candidate
@@ -72,3 +75,30 @@ def test_processing_is_counted_anew_under_light_as_the_frames_show_it(
     assert not confirm._as_found(setting, known, choice).ends
     (scenery,) = heard
     assert abs(fall_of(scenery)) < FALL / 20
+
+
+def test_no_step_is_taken_to_a_camera_in_which_nothing_of_its_effect_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However little it leaves: dust without depth is no dust."""
+    monkeypatch.setattr(confirm, "nearer", lambda one, other: other)
+
+    def step(effect: DustShadow) -> Any:
+        return SimpleNamespace(model=SimpleNamespace(effects=(effect,)))
+
+    found, calibrated, gone = map(step, (DustShadow(), DustShadow(depth=0.01), DustShadow(depth=0)))
+    assert confirm._nearer_with_it(found, calibrated) is calibrated
+    assert confirm._nearer_with_it(found, gone) is found
+
+
+@pytest.mark.parametrize("in_electrons", [True, False])
+def test_a_blur_is_calibrated_where_light_comes_from_outside_of_the_frames(
+    in_electrons: bool,
+) -> None:
+    """A surface through the frames is as smooth as any blur would make it."""
+    capture = record(camera(), PROTOCOL, {LAMP: light().rate_e_per_s})
+    setting = look(capture, {LAMP: light()})
+    assert setting is not None
+    lit = dataclasses.replace(setting.scenery.light, in_electrons=in_electrons)
+    knobs = knobs_of(base_of(camera(), [LAMP]), dataclasses.replace(setting.scenery, light=lit))
+    assert any(knob.name == "blur" for knob in knobs) == in_electrons
