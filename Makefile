@@ -65,7 +65,7 @@ withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/w
 	test -d $(SET).answers || $(BIN)/camtruth blind solve $(SET) --resume
 	test -d $(SET).score || $(BIN)/camtruth blind score $(SET) \
 	  --beside histogram=$(SET).histogram --beside refit-free=$(SET).refit-free
-	$(BIN)/python -m docs.withheld_page $(SET).score
+	$(BIN)/python -m docs.withheld_page $(SET).score $$(git rev-parse --short HEAD)
 
 # An hour on two cores: what is done is kept, and the next run goes on from there.
 another-camera: $(READY)  ## the diagnosis on a NumPy camera, fault by fault: docs/another-camera.md

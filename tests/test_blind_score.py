@@ -26,7 +26,7 @@ from camtruth.blind.format import (
 )
 from camtruth.blind.intervals import Z, difference, of_median, wilson
 from camtruth.blind.marks import band_of, mark
-from camtruth.blind.scoring import markdown, rows_of, score
+from camtruth.blind.scoring import markdown, rows_of, score, tables_of
 from camtruth.blind.table import Score, table
 from foundation.output import CHECKSUMS, sha256, write_checksums
 from foundation.verification import DamageError
@@ -257,7 +257,7 @@ def test_the_seal_is_opened_once_all_is_answered(made: Path) -> None:
     rows = rows_of(document)
     assert row(rows, "right effect, of those detected", "own code", "2 to 4").hits == 1
     assert row(rows, "false alarms", "nothing wrong").hits == 0
-    assert "| detected | own code | 2 to 4 |" in markdown(document)
+    assert "| detected | own code | 2 to 4 |" in markdown(tables_of(document))
     assert math.isfinite(json.loads(json.dumps(document, allow_nan=False))["marks"]["answers"][0][
         "severity"])  # fmt: skip
 

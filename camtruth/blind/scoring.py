@@ -73,6 +73,16 @@ def rows_of(document: Mapping[str, Any], who: str = MAIN) -> list[Score]:
     return [Score(**row) for row in document["rows"][who]]
 
 
+def tables_of(document: Mapping[str, Any]) -> dict[str, list[Score]]:
+    """All tables of a score document, by who answered."""
+    return {who: rows_of(document, who) for who in document["rows"]}
+
+
+def marks_of(document: Mapping[str, Any], who: str = MAIN) -> list[Mark]:
+    """The marks of a score document."""
+    return [Mark(**one) for one in document["marks"][who]]
+
+
 def percent(row: Score) -> str:
     """A figure with its interval, as a table shows it."""
     if row.value is None:
@@ -83,19 +93,24 @@ def percent(row: Score) -> str:
     return f"{share}{row.value:.0%} ({row.low:.0%} to {row.high:.0%})"
 
 
-def markdown(document: Mapping[str, Any]) -> str:
-    """The table as a page shows it, one column for each who answered."""
-    tables = {who: rows_of(document, who) for who in document["rows"]}
+def markdown(tables: Mapping[str, Sequence[Score]]) -> str:
+    """Tables as a page shows them, one column for each.
+
+    Args:
+        tables: by the head of their column; the first one says which rows there are.
+    """
     heads = ["figure", "cases", "limits", "to reach", *tables]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    for k, row in enumerate(tables[MAIN]):
-        cells = [percent(rows[k]) if _same(rows[k], row) else "–" for rows in tables.values()]
-        if all(cell == "–" for cell in cells):
-            continue
-        told = [row.figure, row.group, row.band, row.goal, *cells]
-        lines.append("| " + " | ".join(told) + " |")
+    leading, *_ = tables.values()
+    of_place = [{_place(row): row for row in rows} for rows in tables.values()]
+    for row in leading:
+        found = [rows.get(_place(row)) for rows in of_place]
+        cells = ["–" if one is None else percent(one) for one in found]
+        if any(cell != "–" for cell in cells):
+            told = [row.figure, row.group, row.band, row.goal, *cells]
+            lines.append("| " + " | ".join(told) + " |")
     return "\n".join(lines) + "\n"
 
 
-def _same(one: Score, two: Score) -> bool:
-    return (one.figure, one.group, one.band) == (two.figure, two.group, two.band)
+def _place(row: Score) -> tuple[str, str, str]:
+    return row.figure, row.group, row.band

@@ -237,7 +237,7 @@ def score(
     """
     from camtruth.blind import arguments
     from camtruth.blind.format import beside as neighbour
-    from camtruth.blind.scoring import markdown, percent, rows_of
+    from camtruth.blind.scoring import markdown, percent, rows_of, tables_of
     from camtruth.blind.scoring import score as mark_all
     from foundation.output import new_folder
 
@@ -247,7 +247,7 @@ def score(
     with new_folder(place, overwrite=overwrite) as made:
         text = json.dumps(document, indent=1, allow_nan=False) + "\n"
         (made / "score.json").write_text(text, encoding="utf-8")
-        (made / "table.md").write_text(markdown(document), encoding="utf-8")
+        (made / "table.md").write_text(markdown(tables_of(document)), encoding="utf-8")
     if as_json:
         terminal.print_json(document)
         return
