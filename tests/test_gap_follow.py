@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.verdict.follow import _chosen_again
+from analysis.gap.verdict import follow
+from analysis.gap.verdict.follow import _chosen_again, _in_vain
 from analysis.gap.verdict.verdict import Choice
 from tests.candidates import candidate
 
@@ -39,7 +40,9 @@ def search(suspects: list[Candidate], chance: float, leaves: float, *, ends: boo
 
     look = SimpleNamespace(telling=suspects, chance=chance)
     base = SimpleNamespace(held=SimpleNamespace(total=GAP))
-    return SimpleNamespace(base=base, beside=lambda model, left: look, step=made)
+    return SimpleNamespace(
+        base=base, beside=lambda model, left: look, step=made, setting=None, watch=lambda what: None
+    )
 
 
 FIRST, OTHER = "crosstalk", "charge_transfer_inefficiency"
@@ -92,3 +95,49 @@ def test_what_cannot_be_named_beside_the_second_changes_nothing() -> None:
     nobody = search([], 1e-6, 0.0)
     first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
     assert _chosen_again(nobody, step(first, 0.01), step(second, 0.0), step(second, 0.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("what", "effects", "misfit", "left", "vain"),
+    [
+        ("two that close half of a large gap", 2, 13.0, 15.0, True),
+        ("two that close most of it", 2, 5.0, 5.0, False),
+        ("one: a second may close the rest", 1, 13.0, 15.0, False),
+        ("near the camera: what they leave is told well", 2, 2.0, 15.0, False),
+    ],
+)
+def test_no_third_effect_is_looked_for_where_two_leave_too_much_to_be_named(
+    what: str, effects: int, misfit: float, left: float, vain: bool
+) -> None:
+    """With a third it would be unexplained, and without one too."""
+    steps: Any = [
+        SimpleNamespace(
+            left=SimpleNamespace(
+                case=SimpleNamespace(misfit=misfit), held=SimpleNamespace(total=left)
+            )
+        )
+    ] * effects
+    base: Any = SimpleNamespace(held=SimpleNamespace(total=30.0), floor=0.0)
+    assert _in_vain(steps, base) is vain, what
+
+
+@pytest.mark.parametrize(("what", "leaves", "dropped"), [
+    ("the third does without the second", -0.03, True),
+    ("it leaves a little more, by less than a later effect takes", -0.02, True),
+    ("it needs the second", 0.04, False),
+])  # fmt: skip
+def test_the_second_of_three_effects_is_dropped_where_it_stood_in_for_the_third(
+    what: str, leaves: float, dropped: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A correction of defects was nearest to a filter in space that stood beside an error of the
+    spectral response; with that filter there was nothing left for it to do."""
+    first = step(candidate("spectral_response_error", 939.0), 0.17)
+    third = step(candidate("spatial_denoise", 266.0), -0.04)
+
+    def calibrated(setting: Any, known: Any, added: Any) -> Any:
+        assert (known, added) == (first.model, third)
+        return step(third.choice.best, leaves)
+
+    monkeypatch.setattr(follow, "alone", calibrated)
+    found = follow._without_the_second(search([], 1.0, 0.0), first, third)
+    assert (found is not None) is dropped, what

@@ -13,7 +13,7 @@ from analysis.gap.ready.setting import Setting
 from analysis.gap.suspects.attribute import at_first_sight
 from analysis.gap.suspects.first_look import closer
 from analysis.gap.suspects.told import hints_of_frames, told_by
-from analysis.gap.verdict.closing import nothing_left
+from analysis.gap.verdict.closing import closed, nothing_left
 from analysis.gap.verdict.confirm import alone, likeliest_step
 from analysis.gap.verdict.last_steps import at_its_end
 from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
@@ -21,7 +21,13 @@ from analysis.gap.verdict.remainder import apart
 from analysis.gap.verdict.step import Step, Watch
 from analysis.gap.verdict.suspected import Heard, Look, looked
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import MOST_CAUSES, SIGNIFICANCE, Choice, choose
+from analysis.gap.verdict.verdict import (
+    LEAST_SHRINK,
+    MOST_CAUSES,
+    SIGNIFICANCE,
+    Choice,
+    choose,
+)
 from sensor.effect import Effect
 
 MOST_EFFECTS = MOST_CAUSES + 1
@@ -53,13 +59,13 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
             p_after = look.chance
             break
         steps, last = further, further[-1]
-        if len(steps) == MOST_EFFECTS or _done(steps, base, look.shown):
+        if len(steps) == MOST_EFFECTS or _in_vain(steps, base) or _done(steps, base, look.shown):
             p_after = last.left.whole.p_value
             break
         before = steps[-2].left if len(steps) > 1 else base
         near = before.case.misfit < ASTRAY
         look = search.beside(last.model, last.left, look.shown if near else ())
-    if 0 < len(steps) <= MOST_CAUSES:
+    if 0 < len(steps) <= MOST_CAUSES and not _in_vain(steps, base):
         watch("confirming how strong it is")
         fitted = {one.name for one in (step.choice.best for step in steps) if one.told is None}
         last = at_its_end(setting, steps[-1], fitted)
@@ -138,10 +144,26 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
     by_itself = alone(search.setting, search.known, step)
     if no_worse(by_itself.left, step.left):
         return (by_itself,)
-    again = _chosen_again(search, steps[0], step, by_itself) if len(steps) == 1 else None
-    if again is not None:
-        return (by_itself, again)
-    return None if instead_of_it(step.choice.best, base, by_itself.left) else (*steps, step)
+    both = (*steps, step)
+    if len(both) == MOST_CAUSES and not _in_vain(both, base):
+        again = _chosen_again(search, steps[0], step, by_itself)
+        if again is not None:
+            return (by_itself, again)
+    if len(both) > MOST_CAUSES:
+        without = _without_the_second(search, steps[0], step)
+        if without is not None:
+            return (steps[0], without)
+    return None if instead_of_it(step.choice.best, base, by_itself.left) else both
+
+
+def _without_the_second(search: _Search, first: Step, third: Step) -> Step | None:
+    """The third effect beside the first alone, if both leave hardly more than all three do.
+
+    The second was chosen while the third was not there, and may have stood in for it.
+    """
+    search.watch(f"confirming {third.choice.best.name} beside {first.choice.best.name} alone")
+    step = alone(search.setting, first.model, third)
+    return step if no_worse(step.left, third.left) else None
 
 
 def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -> Step | None:
@@ -167,6 +189,15 @@ def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -
         return None
     likelier = step.ends and not second.ends
     return step if likelier or no_worse(step.left, second.left) else None
+
+
+def _in_vain(steps: Sequence[Step], base: Measured) -> bool:
+    """Whether as many effects as may be named leave so much that the gap has no name, whatever a
+    third one would close.
+    """
+    left = steps[-1].left
+    part = closed(base.held.total, left.held.total, base.floor)
+    return len(steps) == MOST_CAUSES and left.case.misfit >= ASTRAY and part < LEAST_SHRINK
 
 
 def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> bool:
