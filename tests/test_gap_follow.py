@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.verdict import follow
 from analysis.gap.verdict.follow import _chosen_again, _in_vain
 from analysis.gap.verdict.verdict import Choice
 from tests.candidates import candidate
@@ -40,9 +39,7 @@ def search(suspects: list[Candidate], chance: float, leaves: float, *, ends: boo
 
     look = SimpleNamespace(telling=suspects, chance=chance)
     base = SimpleNamespace(held=SimpleNamespace(total=GAP))
-    return SimpleNamespace(
-        base=base, beside=lambda model, left: look, step=made, setting=None, watch=lambda what: None
-    )
+    return SimpleNamespace(base=base, beside=lambda model, left: look, step=made)
 
 
 FIRST, OTHER = "crosstalk", "charge_transfer_inefficiency"
@@ -119,25 +116,3 @@ def test_no_third_effect_is_looked_for_where_two_leave_too_much_to_be_named(
     ] * effects
     base: Any = SimpleNamespace(held=SimpleNamespace(total=30.0), floor=0.0)
     assert _in_vain(steps, base) is vain, what
-
-
-@pytest.mark.parametrize(("what", "leaves", "dropped"), [
-    ("the third does without the second", -0.03, True),
-    ("it leaves a little more, by less than a later effect takes", -0.02, True),
-    ("it needs the second", 0.04, False),
-])  # fmt: skip
-def test_the_second_of_three_effects_is_dropped_where_it_stood_in_for_the_third(
-    what: str, leaves: float, dropped: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A correction of defects was nearest to a filter in space that stood beside an error of the
-    spectral response; with that filter there was nothing left for it to do."""
-    first = step(candidate("spectral_response_error", 939.0), 0.17)
-    third = step(candidate("spatial_denoise", 266.0), -0.04)
-
-    def calibrated(setting: Any, known: Any, added: Any) -> Any:
-        assert (known, added) == (first.model, third)
-        return step(third.choice.best, leaves)
-
-    monkeypatch.setattr(follow, "alone", calibrated)
-    found = follow._without_the_second(search([], 1.0, 0.0), first, third)
-    assert (found is not None) is dropped, what

@@ -149,21 +149,7 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
         again = _chosen_again(search, steps[0], step, by_itself)
         if again is not None:
             return (by_itself, again)
-    if len(both) > MOST_CAUSES:
-        without = _without_the_second(search, steps[0], step)
-        if without is not None:
-            return (steps[0], without)
     return None if instead_of_it(step.choice.best, base, by_itself.left) else both
-
-
-def _without_the_second(search: _Search, first: Step, third: Step) -> Step | None:
-    """The third effect beside the first alone, if both leave hardly more than all three do.
-
-    The second was chosen while the third was not there, and may have stood in for it.
-    """
-    search.watch(f"confirming {third.choice.best.name} beside {first.choice.best.name} alone")
-    step = alone(search.setting, first.model, third)
-    return step if no_worse(step.left, third.left) else None
 
 
 def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -> Step | None:
