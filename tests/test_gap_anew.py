@@ -201,6 +201,37 @@ def test_choices_that_are_about_as_likely_before_calibration_are_calibrated_as_w
     assert gone == [one for one in tried for _ in range(2)]
 
 
+def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two passes of a sharpening show themselves in whole samples, and three had been likelier in
+    fractions: beside those two left as much as three."""
+    monkeypatch.setattr(ways, "refined", lambda base, *rest: SimpleNamespace(base=base))
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
+    begun = Sharpening(amount=0.21, passes=3)
+    better = Sharpening(amount=0.30, passes=3)
+    counts = dataclasses.replace(BASE, arithmetic=OF_WHOLE_SAMPLES)
+    best: Any = (None, SimpleNamespace(base=counts, effects=(better,), misfit=1.5))
+    known = SimpleNamespace(effects=(), base=BASE)
+    every: Any = ways.Ways(
+        case=cast(Any, SimpleNamespace(known=known, fit_seen=None)),
+        scenery=cast(Any, SimpleNamespace(rules=(IN_FRACTIONS, OF_WHOLE_SAMPLES))),
+        as_found=cast(Any, (None, SimpleNamespace(base=BASE, effects=(begun,), misfit=3.5))),
+        base=BASE,
+        effect=begun,
+        told=None,
+        tuned=True,
+    )
+    for so_far, rule, amount in (
+        (best, OF_WHOLE_SAMPLES, 0.30),
+        (every.as_found, IN_FRACTIONS, 0.21),
+    ):
+        made = list(every.by_choosing(so_far))
+        assert {base.arithmetic for base, _ in made} == {rule}
+        assert {effect.amount for _, effect in made} == {amount}
+        assert 2.0 in {effect.passes for _, effect in made}
+
+
 @pytest.mark.parametrize(
     ("what", "leaves", "ways_gone"),
     [
@@ -232,6 +263,7 @@ def test_the_more_ways_were_gone_the_less_may_be_left_for_another(
         of_what_is_hidden=lambda best: [(None, k) for k in range(9)],
         behind_a_codec=nothing,
         by_counting=nothing,
+        by_choosing=nothing,
         once_more=nothing,
     )
     anew._followed(every, calibrated, np.inf)

@@ -151,7 +151,13 @@ def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless:
         hopeless: misfit beyond which no other way is gone, however few there were.
     """
     best, gone = ways.as_found, 0
-    stages = ways.of_what_is_hidden, ways.behind_a_codec, ways.by_counting, ways.once_more
+    stages = (
+        ways.of_what_is_hidden,
+        ways.behind_a_codec,
+        ways.by_counting,
+        ways.by_choosing,
+        ways.once_more,
+    )
     for beginnings in stages:
         for base, effect in beginnings(best):
             best, gone = likelier(best, calibrated(base, effect)), gone + 1

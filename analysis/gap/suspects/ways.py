@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from analysis.gap.calibrate.counting import counted
+from analysis.gap.calibrate.counting import by_rule, counted
 from analysis.gap.calibrate.refine import Refined, refined
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.camera.twin import Scenery
@@ -108,33 +108,53 @@ class Ways:
                 yield dataclasses.replace(base, arithmetic=rule), effect
 
     def by_counting(self, best: Tried) -> Iterator[Way]:
-        """With each way in which the camera may count, and each choice of the suspect."""
+        """With each way in which the camera may count: far from the camera it cannot be seen."""
+        if self._given_back_it_fits(best):
+            return
         if self._coloured:
-            if best is not self.as_found and best[1].misfit <= MISFIT:
-                return
             yield self._counted(self._against(self._even, self._likely)), self._likely
-        yield from self._from_where_it_is(self._likely)
+        yield self._as_counted, self._likely
+        for rule in self._rules(self._as_counted.arithmetic)[1:]:
+            yield dataclasses.replace(self.base, arithmetic=rule), self._likely
+
+    def by_choosing(self, best: Tried) -> Iterator[Way]:
+        """With each other choice of the suspect; one of processing, which hides how the camera
+        counts, as strong and by that way of counting as were the likeliest so far.
+        """
+        if self._given_back_it_fits(best):
+            return
+        base, effect = self.base, self._likely
+        if effect.stage is Stage.PROCESSING and best is not self.as_found:
+            base, effect = by_rule(base, best[1].base.arithmetic), best[1].effects[-1]
+        for other in choices(effect):
+            yield self._counted_with(base, other), other
 
     def once_more(self, best: Tried) -> Iterator[Way]:
         """From the best so far, with all channels alike."""
         if self._coloured and best is not self.as_found:
             yield channels_alike(best[1].base), best[1].effects[-1]
 
-    def _from_where_it_is(self, effect: Effect) -> Iterator[Way]:
-        """Without a change of the camera's figures."""
+    def _given_back_it_fits(self, best: Tried) -> bool:
+        """Whether a colour camera with what the suspect hides leaves so little that no other way is
+        gone.
+        """
+        led = bool(self._unhidden) and best is not self.as_found
+        return self._coloured and led and best[1].misfit <= MISFIT
+
+    @cached_property
+    def _as_counted(self) -> Base:
+        """The base without a change of its figures, as it seems to count."""
         found, measured = self.as_found
-        as_it_was = self.base is found.base and effect == found.effect
-        as_counted = self._counted(measured if as_it_was else self._against(self.base, effect))
-        yield as_counted, effect
-        # far from the camera its arithmetic cannot be seen, so all ways are gone
-        for rule in self._rules(as_counted.arithmetic)[1:]:
-            yield dataclasses.replace(self.base, arithmetic=rule), effect
-        for other in choices(effect):
-            # another rule by which colours are filled in shows another way of counting
-            if effect.stage is Stage.PROCESSING:
-                yield self._counted(self._against(self.base, other)), other
-            else:
-                yield as_counted, other
+        as_it_was = self.base is found.base and self._likely == found.effect
+        return self._counted(measured if as_it_was else self._against(self.base, self._likely))
+
+    def _counted_with(self, base: Base, other: Effect) -> Base:
+        """The base with another choice: another rule by which colours are filled in shows another
+        way of counting.
+        """
+        if other.stage is not Stage.PROCESSING:
+            return self._as_counted
+        return self._counted(self._against(base, other))
 
     def _counted(self, begun: Refined) -> Base:
         return counted(begun, self.case.fit_seen, self.scenery)
