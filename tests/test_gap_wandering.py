@@ -63,7 +63,7 @@ def test_a_capture_whose_black_walks_begins_where_moments_put_it() -> None:
     a calibration without a walk puts into its light. With it G, whose error is a twentieth, is no
     more than of a right model. What chance has of it is not asked: between two shots whose blacks
     are each one draw of the walk, least squares end at a row noise of nothing or of 2 e- (p = 0.6
-    or 3e-5), by the last digits of the processor."""
+    or 3e-5), on one machine and another."""
     dark, dim, bright = (dataclasses.replace(shot, frames=64) for shot in PROTOCOL.shot)
     other = dataclasses.replace(dark, label="long dark", exposure_s=0.04)
     protocol = dataclasses.replace(PROTOCOL, shot=(dark, other, dim, bright))
