@@ -62,10 +62,11 @@ withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/w
 	  $(addprefix --cases ,$(CASES)) --resume
 	test -d $(SET).histogram || $(BIN)/camtruth blind solve $(SET) --solver histogram --resume
 	test -d $(SET).refit-free || $(BIN)/camtruth blind solve $(SET) --solver refit-free --resume
-	test -d $(SET).answers || $(BIN)/camtruth blind solve $(SET) --resume
+	test -d $(SET).answers || { $(BIN)/camtruth blind solve $(SET) --resume && \
+	  git rev-parse --short HEAD > $(SET).answered-by; }
 	test -d $(SET).score || $(BIN)/camtruth blind score $(SET) \
 	  --beside histogram=$(SET).histogram --beside refit-free=$(SET).refit-free
-	$(BIN)/python -m docs.withheld_page $(SET).score $$(git rev-parse --short HEAD)
+	$(BIN)/python -m docs.withheld_page $(SET).score $$(cat $(SET).answered-by)
 
 # An hour on two cores: what is done is kept, and the next run goes on from there.
 another-camera: $(READY)  ## the diagnosis on a NumPy camera, fault by fault: docs/another-camera.md

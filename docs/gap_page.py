@@ -10,7 +10,6 @@ from typing import Any
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.measure.case import MISFIT
-from analysis.gap.suspects.anew import FAR_OFF, PATIENCE
 from analysis.gap.suspects.pursue import LEAVES_SOME
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
@@ -39,8 +38,6 @@ USUAL_SIZE = Place(out=Path()).size
 
 FIGURES = {
     "ASTRAY": f"{ASTRAY:g}",
-    "FAR_OFF": f"{FAR_OFF:g}",
-    "PATIENCE": f"{PATIENCE:g}",
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
     "KEY_SHOTS": f"{KEY_SHOTS}",
     "LIGHT_FLOOR": f"{100 * LIGHT_FLOOR:g} %",

@@ -1,6 +1,8 @@
 """The page on withheld effects: its text, and the tables of all sets that were scored.
 
-python -m docs.withheld_page [SCORE ANSWERED_BY]
+    python -m docs.withheld_page [SCORE ANSWERED_BY]
+
+A score is kept with the commit that answered; without one the page is written anew.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from typing import Any
 from camtruth.blind.marks import Mark
 from camtruth.blind.scoring import markdown, marks_of
 from camtruth.blind.table import OTHERS, OWN, table
+from foundation.errors import InputError
 from foundation.output import new_file
 
 HERE = Path(__file__).parent
@@ -43,12 +46,21 @@ def publish(score: Path, answered_by: str) -> None:
     Args:
         score: a folder that `camtruth blind score` wrote.
         answered_by: the commit whose diagnosis answered.
+
+    Raises:
+        InputError: for a set that was made without some source.
     """
     document = json.loads((score / "score.json").read_text(encoding="utf-8"))
+    if document["missing_sources"]:
+        raise InputError(
+            f"a set that was made without {', '.join(document['missing_sources'])}",
+            "expected every source: no table is published without",
+            "pip install 'camtruth[withheld]', and make the set anew",
+        )
     known = sets()
     if any(one["commitment"] == document["commitment"] for one in known.values()):
         return
-    rest = ("commitment", "hashes", "cases", "missing_sources", "marks")
+    rest = ("commitment", "hashes", "cases", "marks")
     kept = {"format": document["format"], "set": document["set"], "answered_by": answered_by}
     kept |= {key: document[key] for key in rest}
     RESULTS.mkdir(parents=True, exist_ok=True)
@@ -104,9 +116,6 @@ def results(known: Mapping[int, Document]) -> str:
     if not known:
         return "No set has been scored for this page yet.\n"
     last = known[max(known)]
-    if last["missing_sources"]:
-        missing = ", ".join(last["missing_sources"])
-        return f"The last set was made without {missing}: no table is published from it.\n"
     recent = [known[number] for number in sorted(known)[-TOGETHER:]]
     together = f"sets {max(known) - len(recent) + 1} to {max(known)}"
     tables = {
@@ -145,5 +154,8 @@ def write_withheld_page() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        publish(Path(sys.argv[1]), sys.argv[2])
+        try:
+            publish(Path(sys.argv[1]), sys.argv[2])
+        except InputError as refused:
+            sys.exit(f"docs: error: {refused}")
     write_withheld_page()

@@ -232,44 +232,6 @@ def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
         assert 2.0 in {effect.passes for _, effect in made}
 
 
-@pytest.mark.parametrize(
-    ("what", "leaves", "ways_gone"),
-    [
-        ("the right one, by its third way", [0.3, 0.1, 0.018], 3),
-        ("one that leaves a half is not sent on a third", [0.6, 0.5], 2),
-        ("one that leaves a fifth is not sent on a fifth", [0.25, 0.25, 0.21, 0.21], 4),
-        ("one that leaves all is not sent on a second", [0.9], 1),
-    ],
-)
-def test_the_more_ways_were_gone_the_less_may_be_left_for_another(
-    what: str, leaves: list[float], ways_gone: int
-) -> None:
-    """Of a misfit of 57: the right suspect leaves a tenth of it after its first way."""
-    misfit, gone = 57.0, []
-
-    def tried(left: float) -> Any:
-        return None, SimpleNamespace(misfit=left * misfit, deviance=left)
-
-    def nothing(best: Any) -> Any:
-        return iter(())
-
-    def calibrated(base: Any, effect: Any) -> Any:
-        gone.append(effect)
-        return tried(leaves[len(gone) - 1] if len(gone) <= len(leaves) else 1.0)
-
-    every: Any = SimpleNamespace(
-        case=SimpleNamespace(misfit=misfit),
-        as_found=tried(2.0),
-        of_what_is_hidden=lambda best: [(None, k) for k in range(9)],
-        behind_a_codec=nothing,
-        by_counting=nothing,
-        by_choosing=nothing,
-        once_more=nothing,
-    )
-    anew._followed(every, calibrated, np.inf)
-    assert len(gone) == ways_gone, what
-
-
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:
     """Wander has no sign and trend has: with the wrong one no amount has both."""
     changes = [effect.change for effect in starts(LampDrift)]

@@ -40,16 +40,6 @@ BEHIND = 2.0
 """Times the misfit of a suspect that was calibrated before, from which one that leaves more after
 its likeliest way is not sent on any other."""
 
-PATIENCE = 0.8
-FAR_OFF = 4.0
-"""Part of the misfit without a suspect that may be left after its first way for it to be sent on
-another, half of it after two, a third after three; and what may be left in any case. The right one
-leaves a tenth after its first. Of what FFmpeg's motion JPEG does a filter in space left 0.43 after
-eleven ways and 220 s, and libjpeg 0.23 after sixteen."""
-
-MENDED_AFTER = 2
-"""Ways after which a suspect may leave so much and is mended all the same."""
-
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
 
@@ -100,8 +90,7 @@ def anew(
         return as_found if one is None else (one, fitted)
 
     def off(now: Refined) -> bool:
-        most = min(BEHIND * to_beat, hopeless_after(MENDED_AFTER, case))
-        return not exact and MISFIT < now.misfit <= most
+        return not exact and MISFIT < now.misfit <= BEHIND * to_beat
 
     ways = Ways(
         case=case,
@@ -132,25 +121,15 @@ def _under(scenery: Scenery, found: Candidate, fitted: Refined) -> Candidate:
     return dataclasses.replace(found, model=model, misfit=fitted.misfit, off=fitted.misfit - 1.0)
 
 
-def hopeless_after(gone: int, case: Case) -> float:
-    """Misfit beyond which a suspect is sent on no other way, and its model is not mended.
-
-    Args:
-        gone: ways so far.
-        case: the capture.
-    """
-    return max(PATIENCE * case.misfit / gone, FAR_OFF)
-
-
 def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless: float) -> Tried:
     """The best of all ways, up to the first that fits; a hopeless one is the last.
 
     Args:
         ways: where to begin.
         calibrated: the camera with the suspect that steps from there lead to.
-        hopeless: misfit beyond which no other way is gone, however few there were.
+        hopeless: misfit beyond which no other way is gone.
     """
-    best, gone = ways.as_found, 0
+    best = ways.as_found
     stages = (
         ways.of_what_is_hidden,
         ways.behind_a_codec,
@@ -160,9 +139,8 @@ def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless:
     )
     for beginnings in stages:
         for base, effect in beginnings(best):
-            best, gone = likelier(best, calibrated(base, effect)), gone + 1
-            left = best[1].misfit
-            if left <= ENOUGH or left > min(hopeless, hopeless_after(gone, ways.case)):
+            best = likelier(best, calibrated(base, effect))
+            if best[1].misfit <= ENOUGH or best[1].misfit > hopeless:
                 return best
     return best
 

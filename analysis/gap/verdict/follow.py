@@ -178,8 +178,8 @@ def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -
 
 
 def _in_vain(steps: Sequence[Step], base: Measured) -> bool:
-    """Whether as many effects as may be named leave so much that the gap has no name, whatever a
-    third one would close.
+    """Whether as many effects as may be named leave so much that the gap has no name, and would
+    have none with a third, unless that did by itself what all three do.
     """
     left = steps[-1].left
     part = closed(base.held.total, left.held.total, base.floor)
