@@ -135,7 +135,8 @@ def test_chroma_is_taken_and_drawn_as_plain_arithmetic_has_it(
     down, up = shares(10, rows, taken, drawn)
     luma = np.array([0.299, 0.587, 0.114])
     grey = before @ luma
-    colour = np.einsum("yr,rs,pg,gx,fsxc->fypc", up, down, along, across, before)
+    ways = "yr,rs,pg,gx,fsxc->fypc"
+    colour = np.einsum(ways, up, down, along, across, before, optimize=True)
     red, blue = colour[..., 0] - colour @ luma, colour[..., 2] - colour @ luma
     green = grey - (0.299 * red + 0.114 * blue) / 0.587
     exact = np.stack([grey + red, green, grey + blue], axis=-1)

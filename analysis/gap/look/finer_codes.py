@@ -77,8 +77,8 @@ def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes |
             without = max(without, sum(falls.values()))
             if fits(green, falls["G"]):
                 fitting[up] = falls["G"]
-        if not fitting or not (gains := finer_gains(edges, steps, black_dn)):
-            continue
+        if not fitting or not (gains := finer_gains(edges, steps, black_dn, LEAST_FALL / 2.0)):
+            continue  # combs of less power than that take off so much once in 300 cameras
         up = max(fitting, key=lambda one: fitting[one])
         fall = fitting[up] + sum(gains[0].falls)
         if best is None or fall > best.fall:

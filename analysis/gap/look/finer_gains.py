@@ -82,6 +82,9 @@ codes uneven, gains that were none had 20 to 500 beside a power of 7 to 25."""
 FITS = 1.5
 """Chi-squared over what chance has of it, in codes whose edges are told."""
 
+A_LOOK = np.linspace(-1.0, 1.0, 256)
+"""Parts of the farthest error of a gain, whose combs are like those of all others."""
+
 AT_ONCE = 4096
 """Combs that are in memory together."""
 
@@ -147,16 +150,32 @@ class Channel:
         allowed = AS_FAR * by_chance + ABOUT_AS_FAR * self.edges.power(edges)
         return self.edges.off_scale(edges) < allowed
 
+    def most_power(self, origin_dn: float) -> float:
+        """Of the combs of gains that it may have: what chi-squared has of one that is there."""
+        gains = self.about + FARTHEST * self.error * A_LOOK
+        combs = comb(gains, np.full(len(gains), origin_dn), self.steps, self.edges.codes)
+        return float(np.einsum("ij,ij->i", combs @ self.edges.information, combs).max())
+
     def against(self, gains: Floats) -> Floats:
         """Chi-squared of gains by photon transfer."""
         return np.square((gains - self.about) / self.error)
 
 
-def finer_gains(edges: Mapping[str, CodeEdges], steps: float, black_dn: float) -> tuple[Gains, ...]:
+def finer_gains(
+    edges: Mapping[str, CodeEdges], steps: float, black_dn: float, least_power: float = 0.0
+) -> tuple[Gains, ...]:
     """The likeliest gains of red and blue, about the black level or code 0; none where codes end
-    elsewhere all the same.
+    elsewhere all the same, or where steps are so fine that their combs have less power.
+
+    Args:
+        edges: of red, green and blue.
+        steps: of the converter in a code.
+        black_dn: black level.
+        least_power: of both combs together, from which they are looked for.
     """
     colours = [Channel.of(edges[c], edges["G"], steps) for c in "RB"]
+    if sum(own.most_power(black_dn) for own in colours) < least_power:
+        return ()
     found: list[Gains] = []
     for origin_dn in (black_dn, 0.0):
         far, near = (ORIGINS, ORIGINS_CLOSER) if origin_dn else (np.zeros(1), np.zeros(1))

@@ -182,11 +182,17 @@ def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, f
     variance = variance[is_loud]
     chosen = [x[:, is_loud] for x in scaled]
     stays = [
-        np.mean([(x[:-lag] * x[lag:]).mean(axis=0) for x in chosen], axis=0) / variance
+        np.mean([_means_of_products(x[:-lag], x[lag:]) for x in chosen], axis=0) / variance
         for lag in LAGS
     ]
-    leans = np.mean([(x**3).mean(axis=0) for x in chosen], axis=0) / variance**1.5
+    # in NumPy a third power takes forty times as long as two products
+    leans = np.mean([_means_of_products(x, np.square(x)) for x in chosen], axis=0) / variance**1.5
     louder = np.log(variance)
     usual = (quartiles[0] < louder) & (louder < quartiles[1])
     figures = [np.ones(len(variance)), louder, usual, *stays, leans]
     return np.stack(figures).astype(np.float64)
+
+
+def _means_of_products(one: Stack, other: Stack) -> Stack:
+    """Over frames, of each sample."""
+    return np.asarray(np.einsum("ij,ij->j", one, other) / np.float32(len(one)))
