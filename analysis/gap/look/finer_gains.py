@@ -85,8 +85,11 @@ FITS = 1.5
 A_LOOK = np.linspace(-1.0, 1.0, 256)
 """Parts of the farthest error of a gain, whose combs are like those of all others."""
 
-AT_ONCE = 4096
-"""Combs that are in memory together."""
+AT_ONCE = 512
+"""Combs that are in memory together: as many as a core's cache holds."""
+
+HALVES = 1e-9
+"""Of a step, by which one that is half-way but for rounding counts for the code above."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -288,15 +291,23 @@ def comb(gains: Floats, origins_dn: Floats, steps: float, codes: NDArray[np.intp
     Returns:
         How far these are from half-way between codes, in codes, (n, codes).
     """
-    k, begin = gains[:, None], (origins_dn * (1.0 - gains))[:, None]
-    first = first_steps(gains, origins_dn, steps, codes)
-    return np.asarray(k / steps * (first - 0.5) + begin - (codes - 0.5))
+    half_ways = _steps_to(codes, gains, origins_dn, steps)
+    away = np.ceil(half_ways - HALVES)
+    away -= half_ways
+    away -= 0.5
+    away *= gains[:, None] / steps
+    return away
 
 
 def first_steps(gains: Floats, origins_dn: Floats, steps: float, codes: NDArray[np.intp]) -> Floats:
     """The first step of each code, (n, codes); see `comb`."""
+    return np.ceil(_steps_to(codes, gains, origins_dn, steps) - HALVES)
+
+
+def _steps_to(codes: NDArray[np.intp], gains: Floats, origins_dn: Floats, steps: float) -> Floats:
+    """Steps at which a converter comes out half-way below each code, (n, codes)."""
     k, begin = gains[:, None], (origins_dn * (1.0 - gains))[:, None]
-    return np.asarray(np.ceil((codes - 0.5 - begin) * steps / k - 1e-9))
+    return np.asarray((codes - 0.5 - begin) * (steps / k))
 
 
 def fits(own: CodeEdges, fall: float) -> bool:
