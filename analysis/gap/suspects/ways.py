@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from analysis.gap.calibrate.counting import by_rule, counted
-from analysis.gap.calibrate.refine import Refined, refined
+from analysis.gap.calibrate.refine import FAR, Refined, refined
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
@@ -108,14 +108,18 @@ class Ways:
                 yield dataclasses.replace(base, arithmetic=rule), effect
 
     def by_counting(self, best: Tried) -> Iterator[Way]:
-        """With each way in which the camera may count: far from the camera it cannot be seen."""
+        """As the camera seems to count, and where that cannot be seen with each way in which it
+        may: far from the camera, and behind what is done to pictures.
+        """
         if self._given_back_it_fits(best):
             return
         if self._coloured:
             yield self._counted(self._against(self._even, self._likely)), self._likely
         yield self._as_counted, self._likely
-        for rule in self._rules(self._as_counted.arithmetic)[1:]:
-            yield dataclasses.replace(self.base, arithmetic=rule), self._likely
+        hidden = self.effect.stage in (Stage.PROCESSING, Stage.TRANSPORT)
+        if hidden or self.case.misfit > FAR:
+            for rule in self._rules(self._as_counted.arithmetic)[1:]:
+                yield dataclasses.replace(self.base, arithmetic=rule), self._likely
 
     def by_choosing(self, best: Tried) -> Iterator[Way]:
         """With each other choice of the suspect; one of processing, which hides how the camera

@@ -142,16 +142,16 @@ LITTLE = 0.05
 def nothing_left(before: Measured, after: Measured) -> bool:
     """Whether so little of a gap is left, in every family, that nobody else is blamed for it.
 
-    Near the floor no part of a gap says anything, and chances do. A family that was off beyond
-    doubt and is as it was has another cause, however little it is of a large gap: of that of lost
-    bits an interference is a hundredth.
+    Near the floor no part of a gap says anything, and chances do. A family that speaks against the
+    effects beyond doubt may have another cause, however little it is of a large gap: of that of
+    lost bits an interference is a hundredth, and of that of a vibration much light in darks.
 
     Args:
         before, after: the capture against the models without and with the effects.
     """
     gap = before.held.total
     little = gap > TELLS_LITTLE and after.held.total < LITTLE * gap
-    return little and not untouched(before, after, worth=0.0)
+    return little and not against(before, after)
 
 
 SPOILT = 3.0

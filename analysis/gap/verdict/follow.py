@@ -16,7 +16,14 @@ from analysis.gap.suspects.told import hints_of_frames, told_by
 from analysis.gap.verdict.closing import closed, nothing_left
 from analysis.gap.verdict.confirm import alone, likeliest_step
 from analysis.gap.verdict.last_steps import at_its_end
-from analysis.gap.verdict.later import LEAST_OF_A_LATER, deserves, earned, instead_of_it, no_worse
+from analysis.gap.verdict.later import (
+    LEAST_OF_A_LATER,
+    deserves,
+    earned,
+    instead_of_it,
+    leads,
+    no_worse,
+)
 from analysis.gap.verdict.remainder import apart
 from analysis.gap.verdict.step import Step, Watch
 from analysis.gap.verdict.suspected import Heard, Look, looked
@@ -128,7 +135,7 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
         return None
     if not steps:
         step = search.step(search.known, base, look.telling, choice)
-        return None if step is None else (step,)
+        return (step,) if step is not None and leads(step, base) else None
     first, now = steps[0].choice.best, steps[-1].left
     worthy = [
         one

@@ -34,6 +34,11 @@ LITTLE_IS_LEFT = 0.25
 MOST_OF_A_SECOND = 0.5
 """Part of the gap that a second cause does not close by itself if calibration takes it up."""
 
+LEADS = 0.25
+"""Part of a gap that a first effect closes. The larger one of two that close four fifths together
+closes two, and what hides the other one less; beside one that closes less than this, nothing is
+looked for."""
+
 CLOSES_LITTLE = 0.9
 """Part of the gap that a later effect must not leave."""
 
@@ -69,6 +74,18 @@ def deserves(
     if later.absorbed >= EQUIVALENT:
         return large and later.score > BEYOND_CALIBRATION
     return bool(tried or large)
+
+
+def leads(first: Step, base: Measured) -> bool:
+    """Whether a first effect closes so much of a gap that another one may close the rest.
+
+    Args:
+        first: by which it was added.
+        base: the capture against the model without any effect.
+    """
+    gap = base.held.total
+    tells = gap > LITTLE_IS_LEFT and not first.ends
+    return not tells or closed(gap, first.left.held.total, base.floor) >= LEADS
 
 
 def earned(step: Step, base: Measured, now: Measured, first: Candidate) -> bool:
