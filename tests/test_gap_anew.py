@@ -232,6 +232,37 @@ def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
         assert 2.0 in {effect.passes for _, effect in made}
 
 
+@pytest.mark.parametrize(
+    ("effect", "misfit", "left", "tried"),
+    [
+        (AmbientLight(rate_e_per_s=2e5), 1.9, 1.2, []),  # light hides nothing of how codes are made
+        (AmbientLight(rate_e_per_s=2e5), 9.0, 5.0, [OF_WHOLE_SAMPLES, OF_QUARTERS]),
+        (AmbientLight(rate_e_per_s=2e5), 9.0, 5.6, []),  # far from the camera, and going nowhere
+        (Sharpening(amount=0.3), 1.9, 1.9, [OF_WHOLE_SAMPLES, OF_QUARTERS]),
+    ],
+)
+def test_ways_of_counting_are_tried_where_they_cannot_be_seen(
+    effect: Any, misfit: float, left: float, tried: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a suspect that left 6.0 as it was found."""
+    monkeypatch.setattr(ways, "refined", lambda base, *rest: SimpleNamespace(base=base))
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
+    rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
+    known = SimpleNamespace(effects=(), base=BASE)
+    found = SimpleNamespace(base=BASE, effect=effect)
+    every: Any = ways.Ways(
+        case=cast(Any, SimpleNamespace(known=known, fit_seen=None, misfit=misfit)),
+        scenery=cast(Any, SimpleNamespace(rules=rules)),
+        as_found=cast(Any, (found, SimpleNamespace(base=BASE, misfit=6.0))),
+        base=BASE,
+        effect=effect,
+        told=None,
+        tuned=True,
+    )
+    best: Any = (found, SimpleNamespace(base=BASE, misfit=left))
+    assert [base.arithmetic for base, _ in every.by_every_rule(best)] == tried
+
+
 def test_a_lamp_is_looked_for_that_dims_and_one_that_warms() -> None:
     """Wander has no sign and trend has: with the wrong one no amount has both."""
     changes = [effect.change for effect in starts(LampDrift)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
 from analysis.gap.verdict.confirm import _far_nearer, _rivals
-from analysis.gap.verdict.later import deserves, earned, instead_of_it
+from analysis.gap.verdict.later import deserves, earned, instead_of_it, leads
 from analysis.gap.verdict.step import nearer
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
@@ -139,13 +139,32 @@ def test_what_calibration_takes_up_and_closes_a_gap_alone_is_no_second_cause(
 def test_near_the_floor_a_search_is_not_ended_by_the_total(
     gap: float, left: float, nothing: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Less than a twentieth is left, of a gap of which a part means something, and no family that
-    was off beyond doubt is as it was."""
-    before, after = (SimpleNamespace(held=SimpleNamespace(total=g)) for g in (gap, left))
-    monkeypatch.setattr(closing, "untouched", lambda before, after, worth: ())
-    assert closing.nothing_left(before, after) is nothing  # type: ignore[arg-type]
-    monkeypatch.setattr(closing, "untouched", lambda before, after, worth: ("rows",))
-    assert not closing.nothing_left(before, after)  # type: ignore[arg-type]
+    """Less than a twentieth is left, of a gap of which a part means something, and no family speaks
+    against the effects: by being as it was, by being worse than it was, or by what is left of it.
+    """
+    before, after = seen(gap, 5.0), seen(left, 0.0)
+    assert closing.nothing_left(before, after) is nothing
+    for family in ("untouched", "spoilt", "lingering"):
+        with monkeypatch.context() as with_it:
+            with_it.setattr(closing, family, lambda *distances, **worth: ("rows",))
+            assert not closing.nothing_left(before, after)
+
+
+@pytest.mark.parametrize(
+    ("gap", "left", "ends", "on"),
+    [
+        (2.0, 1.4, False, True),
+        (2.0, 1.6, False, False),  # a fifth of a gap
+        (2.0, 1.6, True, True),  # but by its own errors no more than chance makes
+        (0.2, 0.19, False, True),  # nor does a part of a small gap say anything
+    ],
+)
+def test_a_search_goes_on_beside_an_effect_that_closes_a_quarter(
+    gap: float, left: float, ends: bool, on: bool
+) -> None:
+    base, first = seen(gap, 0.0), SimpleNamespace(left=seen(left, 0.0), ends=ends)
+    base.floor = 0.0
+    assert leads(cast(Any, first), base) is on
 
 
 def test_what_lingers_is_told() -> None:

@@ -26,6 +26,9 @@ camera is not calibrated with it yet: halves that go up move a black level that 
 right one of OpenCV's chroma had 1.09 in a case of the fourteenth set of withheld effects, that of
 the catalogue's 1.14 in one of the seventeenth."""
 
+LED = 0.9
+"""Part of what a suspect left as it was found, below which a way led somewhere."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ways:
@@ -108,16 +111,22 @@ class Ways:
                 yield dataclasses.replace(base, arithmetic=rule), effect
 
     def by_counting(self, best: Tried) -> Iterator[Way]:
-        """As the camera seems to count, and where that cannot be seen with each way in which it
-        may: far from the camera, and behind what is done to pictures.
-        """
+        """As the camera seems to count, with all channels alike and as they are."""
         if self._given_back_it_fits(best):
             return
         if self._coloured:
             yield self._counted(self._against(self._even, self._likely)), self._likely
         yield self._as_counted, self._likely
+
+    def by_every_rule(self, best: Tried) -> Iterator[Way]:
+        """With each other way in which the camera may count, where that cannot be seen: behind what
+        is done to pictures, and far from the camera, if the ways so far led anywhere.
+        """
+        if self._given_back_it_fits(best):
+            return
         hidden = self.effect.stage in (Stage.PROCESSING, Stage.TRANSPORT)
-        if hidden or self.case.misfit > FAR:
+        led = best[1].misfit < LED * self.as_found[1].misfit
+        if hidden or (led and self.case.misfit > FAR):
             for rule in self._rules(self._as_counted.arithmetic)[1:]:
                 yield dataclasses.replace(self.base, arithmetic=rule), self._likely
 
