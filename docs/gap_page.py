@@ -13,7 +13,7 @@ from analysis.gap.measure.case import MISFIT
 from analysis.gap.suspects.pursue import LEAVES_SOME
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
-from analysis.gap.verdict.later import LEAST_WHERE_LITTLE
+from analysis.gap.verdict.later import LEADS, LEAST_WHERE_LITTLE, LITTLE_IS_LEFT
 from analysis.gap.verdict.remainder import RIGHT_TO
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
@@ -57,7 +57,9 @@ FIGURES = {
     "MARGIN_OF_SCORE": f"{100 * MARGIN_OF_SCORE:g} %",
     "CLASS_SIZE": f"{CLASS_SIZE}",
     "MOST_EFFECTS": f"{MOST_EFFECTS}",
+    "LEADS": f"{100 * LEADS:g} %",
     "LEAST_SHRINK": f"{100 * LEAST_SHRINK:g} %",
+    "LITTLE_IS_LEFT": f"{LITTLE_IS_LEFT:g}",
 }
 
 
