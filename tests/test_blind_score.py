@@ -24,7 +24,7 @@ from camtruth.blind.format import (
     beside,
     write_set,
 )
-from camtruth.blind.intervals import Z, difference, of_median, wilson
+from camtruth.blind.intervals import CONFIDENCE, difference, of_median, wilson
 from camtruth.blind.marks import band_of, mark
 from camtruth.blind.scoring import markdown, rows_of, score, tables_of
 from camtruth.blind.table import Score, table
@@ -33,6 +33,7 @@ from foundation.verification import DamageError
 from tests.conftest import Run
 
 TRIES = 40
+Z = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
 
 
 def effect(name: str, severity: float = 3.0, **changes: Any) -> TrueEffect:

@@ -15,8 +15,9 @@ from scipy import stats
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.measure.case import BORROWED, variance_along
 from analysis.gap.report import NO_GAP, Figure, GapReport, Named
+from analysis.gap_bench.answers import BANDS, confusion
 from analysis.gap_bench.cases import NULLS, PAIRS, Case, all_cases, suspects
-from analysis.gap_bench.count import BANDS, Line, Share, confusion, lines
+from analysis.gap_bench.count import Line, lines
 from analysis.gap_bench.draw import (
     ARITHMETICS,
     IN_SIXTEENTHS,
@@ -39,6 +40,7 @@ from analysis.gap_bench.run import (
     write_limits,
 )
 from analysis.gap_bench.severity import limits_of, severity_of
+from analysis.gap_bench.share import Share
 from analysis.identifiability.limits import (
     STANDARD_ERRORS,
     Limit,
@@ -141,7 +143,9 @@ def test_wilson_interval_has_its_closed_form() -> None:
         for end in found.interval:
             if 0 < end < 1:
                 off = (hits / cases - end) ** 2
-                assert off == pytest.approx(1.96**2 * end * (1 - end) / cases, rel=1e-9)
+                assert off == pytest.approx(
+                    stats.norm.ppf(0.975) ** 2 * end * (1 - end) / cases, rel=1e-9
+                )
     assert Share(hits=0, cases=0).interval == (0.0, 1.0)
 
 

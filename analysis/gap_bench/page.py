@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from analysis.gap.verdict.verdict import EQUIVALENT
-from analysis.gap_bench.count import BANDS, Line, Row, Share, borne_out, confusion
+from analysis.gap_bench.answers import BANDS, Row, borne_out, confusion
+from analysis.gap_bench.count import Line
 from analysis.gap_bench.severity import THRESHOLD
+from analysis.gap_bench.share import Share
 from analysis.identifiability.limits import STANDARD_ERRORS, Limit
 
 FEWEST = 20

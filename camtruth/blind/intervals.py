@@ -13,7 +13,6 @@ import numpy as np
 from scipy import stats
 
 CONFIDENCE = 0.95
-Z = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
 
 Interval = tuple[float, float]
 
@@ -22,14 +21,8 @@ def wilson(hits: int, tries: int) -> Interval:
     """Interval of a share [1]; 0 to 1 where nothing was tried."""
     if tries == 0:
         return 0.0, 1.0
-    share, z2 = hits / tries, Z * Z
-    middle = (share + z2 / (2 * tries)) / (1 + z2 / tries)
-    reach = Z / (1 + z2 / tries) * math.sqrt(share * (1 - share) / tries + z2 / (4 * tries**2))
-    # rounding may not move the ends past what was seen
-    return (
-        0.0 if hits == 0 else max(0.0, middle - reach),
-        1.0 if hits == tries else min(1.0, middle + reach),
-    )
+    ends = stats.binomtest(hits, tries).proportion_ci(CONFIDENCE, method="wilson")
+    return float(ends.low), float(ends.high)
 
 
 def difference(one: tuple[int, int], two: tuple[int, int]) -> Interval:
