@@ -12,6 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
+from analysis.gap_bench.share import Share
+
 CONFIDENCE = 0.95
 
 Interval = tuple[float, float]
@@ -19,10 +21,7 @@ Interval = tuple[float, float]
 
 def wilson(hits: int, tries: int) -> Interval:
     """Interval of a share [1]; 0 to 1 where nothing was tried."""
-    if tries == 0:
-        return 0.0, 1.0
-    ends = stats.binomtest(hits, tries).proportion_ci(CONFIDENCE, method="wilson")
-    return float(ends.low), float(ends.high)
+    return Share(hits=hits, cases=tries).interval
 
 
 def difference(one: tuple[int, int], two: tuple[int, int]) -> Interval:

@@ -165,7 +165,7 @@ class Channel:
 
 
 def finer_gains(
-    edges: Mapping[str, CodeEdges], steps: float, black_dn: float, least_power: float = 0.0
+    edges: Mapping[str, CodeEdges], steps: float, black_dn: float, least_power: float
 ) -> tuple[Gains, ...]:
     """The likeliest gains of red and blue, about the black level or code 0; none where codes end
     elsewhere all the same, or where steps are so fine that their combs have less power.

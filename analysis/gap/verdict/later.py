@@ -35,9 +35,9 @@ MOST_OF_A_SECOND = 0.5
 """Part of the gap that a second cause does not close by itself if calibration takes it up."""
 
 LEADS = 0.25
-"""Part of a gap that a first effect closes. The larger one of two that close four fifths together
-closes two, and what hides the other one less; beside one that closes less than this, nothing is
-looked for."""
+"""Part of a gap that a first effect closes. Of two that close four fifths together the larger one
+closes two fifths, less where the other one hides it. Beside one that closes less than this part
+nothing is looked for."""
 
 CLOSES_LITTLE = 0.9
 """Part of the gap that a later effect must not leave."""
