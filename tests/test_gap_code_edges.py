@@ -206,7 +206,7 @@ def test_no_gains_are_missed_that_are_likelier(seed: int) -> None:
         float(edges[c].fall(comb(np.array([k]), np.array([BLACK_DN]), 16.0, edges[c].codes))[0])
         for c, k in zip("RB", gains, strict=True)
     )
-    found = finer_gains(edges, 16.0, BLACK_DN + 0.05)
+    found = finer_gains(edges, 16.0, BLACK_DN + 0.05, least_power=0.0)
     assert sum(found[0].falls) > true - 0.5
     likely = [(one.white_balance.red_gain, one.white_balance.blue_gain) for one in found]
     assert any(pair == pytest.approx(tuple(gains), abs=5e-5) for pair in likely)
