@@ -7,8 +7,8 @@ READY := $(VENV)/.ready
 JOBS ?= auto
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check format lint types imports test nightly bench bench-gap bias study docs withheld \
-  another-camera lock
+.PHONY: help setup demo check format lint types imports test test-whole nightly bench bench-gap bias study docs \
+  withheld another-camera lock
 
 help:  ## list these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -18,12 +18,15 @@ setup: $(READY)  ## make the virtual environment .venv from pinned versions
 demo: $(READY)  ## render, capture, measure, compare with the truth: camtruth-out/demo/report.html
 	$(BIN)/camtruth demo --overwrite
 
-check: format lint types imports test  ## format, lint, strict types, import order, tests
+check: format lint types imports test test-whole  ## format, lint, strict types, import order, tests
 
-test: $(READY)  ## the tests alone
-	$(BIN)/python -m pytest -n $(JOBS)
+test: $(READY)  ## the tests, but for those that take a minute each
+	$(BIN)/python -m pytest -n $(JOBS) -m "not whole"
 
-nightly: $(READY)  ## the tests with 5,000 damaged inputs and kills at more moments
+test-whole: $(READY)  ## these: whole diagnoses of whole captures
+	$(BIN)/python -m pytest -n $(JOBS) -m whole
+
+nightly: $(READY)  ## all of them with 5,000 damaged inputs and kills at more moments
 	CAMTRUTH_NIGHTLY=1 CAMTRUTH_CASES=5000 $(BIN)/python -m pytest -n $(JOBS)
 
 bench: $(READY)  ## speeds as ratios in one run

@@ -428,6 +428,7 @@ def test_the_page_holds_what_was_measured_and_nothing_else() -> None:
     assert "| 0.7 to 0.9 | 80 % | 100 % | 21 to 100 % | 1 |" in both
 
 
+@pytest.mark.whole
 def test_a_camera_that_counts_in_whole_numbers_sees_less_of_a_filter_in_time(place: Place) -> None:
     """Where a demosaicer gives whole numbers, a frame that takes a part a of the one before changes
     no code unless the two differ by 1 / (2 a) of them; where it gives fractions every a shows."""
@@ -442,6 +443,7 @@ def test_a_camera_that_counts_in_whole_numbers_sees_less_of_a_filter_in_time(pla
     assert limits_of(images, 16, random_camera(5, HEIGHT, WIDTH), []) == {}
 
 
+@pytest.mark.whole
 def test_light_everywhere_is_what_calibration_means(place: Place) -> None:
     """As much light on every pixel in every shot is a dark current, to the last photon. Along the
     straight directions at the camera without it a strong one has a rest, in the codes above all;

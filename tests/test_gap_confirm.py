@@ -47,6 +47,7 @@ def fall_of(scenery: Scenery) -> float:
     return float((left - right) / (left + right))
 
 
+@pytest.mark.whole
 def test_processing_is_counted_anew_under_light_as_the_frames_show_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -91,6 +92,7 @@ def test_no_step_is_taken_to_a_camera_in_which_nothing_of_its_effect_is_left(
     assert confirm._nearer_with_it(found, gone) is found
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("in_electrons", [True, False])
 def test_a_blur_is_calibrated_where_light_comes_from_outside_of_the_frames(
     in_electrons: bool,

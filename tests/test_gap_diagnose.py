@@ -72,6 +72,7 @@ def compressed(frame: np.ndarray) -> np.ndarray:
     return np.asarray(Image.open(packed))
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize(
     ("process", "name", "figures"),
     [
@@ -116,6 +117,7 @@ def test_a_camera_like_the_model_is_matched() -> None:
     assert abs(read.value - 30.0 * 0.02) < 5 * read.se
 
 
+@pytest.mark.whole
 def test_light_of_a_colour_in_the_darks_is_told_from_dark_current() -> None:
     """By the colours of what darks gather; dark current of the same size has none."""
     protocol = dataclasses.replace(
@@ -164,6 +166,7 @@ def test_an_effect_is_named_with_its_strength() -> None:
     assert {place.stage for place in found.where[:3]} == {"readout"}
 
 
+@pytest.mark.whole
 def test_an_effect_without_a_name_is_not_blamed_on_another() -> None:
     """With row noise taken out of the suspects nothing is named, and the place is still right."""
     found = diagnosed(rows=True, without="row_noise").report
@@ -200,6 +203,7 @@ class Striping(Effect):
 """
 
 
+@pytest.mark.whole
 def test_a_users_own_effect_closes_the_gap_here_and_on_a_fresh_capture(tmp_path: Path) -> None:
     """With row noise taken out and the user's file in its place, its name is given; the camera that
     comes of it matches new frames of another body."""

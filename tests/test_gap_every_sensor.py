@@ -29,6 +29,8 @@ from sensor.protocol import Shot
 from sensor.record import record
 from tests.short import HEIGHT, PROTOCOL, WIDTH, camera, light
 
+pytestmark = pytest.mark.whole
+
 
 def test_a_camera_quieter_than_a_step_is_calibrated() -> None:
     """Read noise of 0.2 DN and offsets of 0.17 DN, black near half a step: darks of two

@@ -30,6 +30,7 @@ def setting_of(capture: Capture) -> Setting:
     return setting
 
 
+@pytest.mark.whole
 def test_the_camera_of_full_photosites_is_told_by_the_shots_without_any() -> None:
     """The dim shot tells the gain to sqrt(2 / n) of its n pixels and frames and to what patches
     scatter, 3 %; the level at which the bright one ends tells the product with the full well to a
@@ -49,6 +50,7 @@ def test_the_camera_of_full_photosites_is_told_by_the_shots_without_any() -> Non
     assert brimful(setting_of(taken(Blooming(full_well_e=2200.0)))) is None
 
 
+@pytest.mark.whole
 def test_blooming_is_named_under_the_light_that_was_stated() -> None:
     """A base that knows no full photosites makes the light as flat as they are, and under such a
     light nothing fills them: the search begins under the stated one."""

@@ -56,6 +56,7 @@ def gamma_of(step: Step) -> tuple[float, float, float]:
     return effect.exponent, float(step.left.amounts[place]), float(step.left.errors[place])
 
 
+@pytest.mark.whole
 def test_steps_go_on_until_they_are_short() -> None:
     begun = step_with(0.965)
     _, first, error = gamma_of(begun)

@@ -72,6 +72,7 @@ def shading() -> np.ndarray:
     return np.asarray(1 - K2 * r2)[..., None]
 
 
+@pytest.mark.whole
 def test_the_light_gives_back_what_more_vignetting_takes() -> None:
     """To a thirtieth of it, and to a tenth in the corners, which lie beyond the middle of every
     block: means of few frames have noise."""

@@ -75,6 +75,7 @@ def left(effect: Effect) -> float:
     return distance(turned.left(turned.space.of(seen)), spread).p_value
 
 
+@pytest.mark.whole
 def test_dust_is_as_much_as_bodies_differ() -> None:
     start = DustShadow()
     assert power(start) < power(DUST) / 10

@@ -58,6 +58,7 @@ def test_white_noise_does_not_wander_and_a_walk_does() -> None:
     assert told > 80
 
 
+@pytest.mark.whole
 def test_a_capture_whose_black_walks_begins_where_moments_put_it() -> None:
     """Two darks of 64 frames, whose black forgets in 20: their shots have other black levels, which
     a calibration without a walk puts into its light. With it G, whose error is a twentieth, is no
