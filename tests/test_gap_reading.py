@@ -452,6 +452,18 @@ def test_how_many_pixels_share_a_colour_is_read(
     assert found == expected | ({"taken": min(taken, 1)} if drawn else {})
 
 
+@pytest.mark.parametrize("mode", [1, 2])
+def test_shared_colours_are_read_where_some_codes_are_clipped(mode: int) -> None:
+    """A pure yellow has no blue: what is shown of it is black where the noise of its luma is below,
+    which is no sum of luma and colours, and off by more than any rounding."""
+    codes = picture(sigma=12.0)
+    codes[..., 2] *= 0.1
+    shown = applied(ChromaSubsampling(mode=mode, whole_codes=0), codes).clip(0, TOP_DN)
+    assert 0.01 < (shown == 0).mean() < 0.1
+    found = shared_colours([shown.astype(np.uint8)])
+    assert found == {"mode": mode, "drawn": 0, "rows": 1}
+
+
 @pytest.mark.parametrize("blur", [0.0, 0.7, 1.5, 3.0])
 def test_colours_that_are_blurred_are_not_shared(blur: float) -> None:
     """Nor are those of few pixels, or none."""

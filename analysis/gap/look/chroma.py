@@ -29,9 +29,12 @@ WINDOW_PX = 32
 FRAMES = 4
 """Of each shot."""
 
+TOP = 255
+"""The highest code of a picture that went through such a cable."""
+
 LARGEST = 4.0
-"""What differences have outside W, in variances of rounding: clipped codes, and codes that are
-rounded once more between two colours, add some to it."""
+"""What differences have outside W, in variances of rounding: codes that are rounded once more
+between two colours add some to it."""
 
 CLEAR = 1.0
 """By how much more groups that begin one pixel later leave, in variances of rounding."""
@@ -43,6 +46,9 @@ pixel shows a colour as it was carried."""
 
 AS_LITTLE = 1.5
 """Times the least that any way leaves, up to which the one with the fewest colours is taken."""
+
+NOTHING_DN2 = 1e-6
+"""Colours that are repeated in whole codes leave nothing but errors of arithmetic."""
 
 WAYS: tuple[Mapping[str, float], ...] = (
     {"mode": 2.0, "drawn": 0.0},
@@ -70,7 +76,7 @@ def shared_colours(stacks: Sequence[NDArray[Any]]) -> Mapping[str, float] | None
     clear = [(here, way) for here, way in left if here is not None]
     if not clear:
         return None
-    least = min(here for here, _ in clear)
+    least = max(min(here for here, _ in clear), NOTHING_DN2)
     way = next(way for here, way in clear if here <= AS_LITTLE * least)
     if way["drawn"] and least > ROUNDED_TWICE * 2 * ROUNDING_DN2:
         way = {**way, "drawn": 2.0}
@@ -89,8 +95,10 @@ def _outside_of(lines: Sequence[Floats], way: Mapping[str, float]) -> float | No
 
 
 def _differences(codes: NDArray[Any]) -> Floats:
-    """R - G and B - G of every row: (rows, columns)."""
-    green = codes[..., 1].astype(np.float64)
+    """R - G and B - G of every row: (rows, columns); not a number where a code is clipped, as that
+    is no sum of luma and colours."""
+    clipped = ((codes == 0) | (codes == TOP)).any(axis=-1)
+    green = np.where(clipped, np.nan, codes[..., 1].astype(np.float64))
     both = [codes[..., c] - green for c in (0, 2)]
     return np.concatenate([one.reshape(-1, codes.shape[2]) for one in both])
 
@@ -122,6 +130,7 @@ def _left(rows: Sequence[Floats], outside: Floats, shift: int) -> float:
         begin = WINDOW_PX // 4 + shift
         windows = (one.shape[1] - begin - WINDOW_PX // 4) // WINDOW_PX
         cut = one[:, begin : begin + windows * WINDOW_PX].reshape(-1, WINDOW_PX)
-        total += float(np.square(cut @ outside).sum())
-        count += len(cut) * outside.shape[1]
+        left = cut @ outside
+        total += float(np.nansum(np.square(left)))
+        count += int(np.isfinite(left).sum())
     return total / count if count else float("inf")
