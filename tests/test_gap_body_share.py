@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap.calibrate.body_share import BORROWED, USUAL, body_share, usual_share
+from analysis.gap.calibrate.body_share import (
+    BORROWED,
+    PAIRS,
+    USUAL,
+    body_share,
+    share_of_amounts,
+    usual_share,
+)
 from analysis.gap.look.observation import Key, Observation
 
 BODIES, LATTICES = 64, 40
@@ -54,6 +61,29 @@ def test_the_share_is_the_covariance_of_two_looks() -> None:
         error = np.sqrt((1 + share**2) / n)
         assert found[place * LATTICES] == pytest.approx(expected, abs=4.5 * error)
     assert np.all(found[3 * LATTICES :] == 1.0)
+
+
+def test_an_amount_is_the_bodys_more_than_its_figures_are() -> None:
+    """What n figures have of a body they have in common, and the noise of each is its own: their
+    mean has n s / (1 + (n - 1) s) of the body. Of figures that have nothing in common no less than
+    their own share is believed."""
+    rng = np.random.default_rng(12)
+    count, figures, share = 4000, 8, 0.5
+    body = np.sqrt(share) * rng.standard_normal((count, 1))
+    first, again = (
+        (body + np.sqrt(1 - share) * rng.standard_normal((count, figures))).mean(axis=1)
+        for _ in range(2)
+    )
+    alone = rng.standard_normal((2, count))
+    found = share_of_amounts(
+        np.column_stack([first, alone[0]]),
+        np.column_stack([again, alone[1]]),
+        np.array([share, 0.1]),
+    )
+    true = figures * share / (1 + (figures - 1) * share)
+    expected = (count * true + PAIRS * share) / (count + PAIRS)
+    assert found[0] == pytest.approx(expected, abs=4.5 * (1 - true**2) / np.sqrt(count))
+    assert found[1] == 0.1
 
 
 def variance_of(noise_dn: float, fixed_dn: np.ndarray, rng: np.random.Generator) -> float:

@@ -57,3 +57,28 @@ def body_share(first: Observation, again: Observation) -> Floats:
         weight, usual = len(moved) * count, float(share[places[0]])
         share[places] = np.clip((weight * found + BORROWED * usual) / (weight + BORROWED), 0, 1)
     return share
+
+
+PAIRS = 4.0
+"""Bodies looked at twice whose word the figures' own shares count for."""
+
+
+def share_of_amounts(first: Floats, again: Floats, by_figures: Floats) -> Floats:
+    """Part of the variance of amounts that is the body's, from bodies that were looked at twice.
+
+    An amount is read from many figures. What these have of the body they have in common, and their
+    noise each for itself, so that of n figures with a share s the mean has
+
+        n s / (1 + (n - 1) s)
+
+    and an amount never less than its figures have by themselves.
+
+    Args:
+        first, again: amounts of each body in either look, (bodies, directions), 0 in the mean.
+        by_figures: the share that the figures of each direction have, weighted as they show it.
+    """
+    count = len(first)
+    common, both = (first * again).sum(axis=0), (first**2 + again**2).sum(axis=0) / 2
+    found = common / np.maximum(both, 1e-300)
+    drawn = (count * found + PAIRS * by_figures) / (count + PAIRS)
+    return np.asarray(np.clip(drawn, by_figures, 1.0))

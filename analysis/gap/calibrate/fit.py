@@ -93,6 +93,7 @@ class Fit:
         effects: what it has besides.
         scenery: light and shots.
         bodies: its twins, with texture.
+        again: other frames of the first few of these.
         variances: of each figure of one group.
         shares: parts of these that are a body's.
         more: what blocks of its twins have beyond noise, fixed pattern and light.
@@ -105,6 +106,7 @@ class Fit:
     effects: tuple[Effect, ...]
     scenery: Scenery
     bodies: Observation
+    again: Observation
     variances: Floats
     shares: Floats
     more: Beyond
@@ -278,9 +280,8 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         begun_twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
         for seed in seeds_of(TWICE)
     )
-    again = together(ahead(begun))
+    again = with_texture(together(ahead(begun)), picture, scenery, fair(plain.groups))
     once = dataclasses.replace(bodies, figures=bodies.figures[:TWICE], means=bodies.means[:TWICE])
-    shares = body_share(once, with_texture(again, picture, scenery, fair(plain.groups)))
     ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))
     variances = figure_variances(bodies, scenery.light.known)
     return Fit(
@@ -288,8 +289,9 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
         effects=tuple(effects),
         scenery=scenery,
         bodies=bodies,
+        again=again,
         variances=variances,
-        shares=shares,
+        shares=body_share(once, again),
         more=more,
         ways=ways,
         picture=picture,

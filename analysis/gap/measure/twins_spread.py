@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from analysis.gap.calibrate.body_share import share_of_amounts
 from analysis.gap.calibrate.fit import Fit, by_the_others
 from analysis.gap.calibrate.space import PRIOR_FREEDOM
 from analysis.gap.calibrate.wide import fair
@@ -32,7 +33,7 @@ class Spread:
         variance: of that chi-squared.
         residuals: what calibration leaves of the twins, one row each.
         amounts: what calibration takes up of them, (twins, directions).
-        of_body: part of each direction that shows in the pattern of a body.
+        of_body: part of the variance of each amount that is the body's.
     """
 
     families: NDArray[np.str_]
@@ -47,8 +48,7 @@ class Spread:
     def errors(self, groups: int) -> Floats:
         """Standard errors of the amounts of all directions, read from so many groups of one body.
 
-        What a direction changes in the noise is averaged over groups, what it changes in the
-        pattern of a body is not.
+        Noise is averaged over groups, the pattern of a body is not.
         """
         scale = self.of_body + (1 - self.of_body) / groups + 1 / len(self.amounts)
         return np.asarray(self.amounts.std(axis=0, ddof=1) * np.sqrt(scale))
@@ -85,6 +85,13 @@ def spread_of(known: Fit, groups: int) -> Spread:
         [one.space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
     )
     shown = np.square(columns)
+    by_figures = shown @ np.concatenate([known.shares, of_image])
+    by_figures /= np.maximum(shown.sum(axis=1), 1e-300)
+    amounts = np.array([one.amounts(difference) for difference in differences])
+    again = [
+        one.amounts(fair(count) * one.space.of(known.again, slice(k, k + 1)))
+        for k in range(known.again.groups)
+    ]
     return Spread(
         families=families,
         alike=np.concatenate([_in_common(known.shares, groups / 2), of_image]),
@@ -92,10 +99,8 @@ def spread_of(known: Fit, groups: int) -> Spread:
         expected=expected,
         variance=np.maximum(variance, 1e-12),
         residuals=residuals,
-        amounts=np.array([one.amounts(difference) for difference in differences]),
-        of_body=shown
-        @ np.concatenate([known.shares, of_image])
-        / np.maximum(shown.sum(axis=1), 1e-300),
+        amounts=amounts,
+        of_body=share_of_amounts(amounts[: len(again)], np.array(again), by_figures),
     )
 
 
