@@ -63,9 +63,29 @@ def test_the_word(
     """A shrunken gap alone is no explanation, and a gap at the floor says nothing by its shrink.
     What takes three causes has another one."""
     gap = dataclasses.replace(
-        NO_GAP, p_value_before=before, p_value_after=after, shrink=shrink, at_floor=at_floor
+        NO_GAP,
+        before=1.0,
+        p_value_before=before,
+        p_value_after=after,
+        shrink=shrink,
+        at_floor=at_floor,
     )
     assert verdict(effects, gap, elsewhere) == word
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "word"),
+    [(1e-30, 2e-4, "partly explained"), (1e-6, 2e-4, "unexplained")],
+)
+def test_of_a_small_gap_chances_tell_and_not_the_part_that_is_closed(
+    before: float, after: float, word: str
+) -> None:
+    """Frames that were dropped were all that was off beyond doubt, and a hundredth of all figures:
+    with the right share of them 0.75 of a gap of 0.09 was closed, and what was left was chance."""
+    gap = dataclasses.replace(
+        NO_GAP, before=0.09, p_value_before=before, p_value_after=after, shrink=0.75
+    )
+    assert verdict(1, gap) == word
 
 
 def test_what_calibration_takes_up_is_no_evidence_by_itself() -> None:

@@ -12,7 +12,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.measure.twins_spread import believed
-from analysis.gap.verdict.verdict import SIGNIFICANCE
+from analysis.gap.verdict.verdict import SIGNIFICANCE, TELLS_LITTLE
 
 Floats = NDArray[np.float64]
 
@@ -26,9 +26,6 @@ LARGE = 0.1
 LEAST_PART = 0.12
 """Part of a large gap that the signature of a suspect takes off. A pattern that is another one in
 every body makes every expectation wide, and would close any gap of the picture by that alone."""
-
-TELLS_LITTLE = 0.1
-"""G below which the part of it that is closed says nothing of who closed it."""
 
 CERTAIN = 1e-20
 """Chance of a family below which it is beyond doubt that something is wrong with it."""

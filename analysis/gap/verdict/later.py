@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
-from analysis.gap.verdict.closing import TELLS_LITTLE, closed, untouched
+from analysis.gap.verdict.closing import closed, untouched
 from analysis.gap.verdict.step import Step
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
     EQUIVALENT,
     LEAST_SHRINK,
     SIGNIFICANCE,
+    TELLS_LITTLE,
 )
 
 LEAST_OF_A_LATER = 25.0

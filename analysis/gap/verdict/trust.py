@@ -10,9 +10,15 @@ from analysis.gap.camera.base import Body
 from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap
-from analysis.gap.verdict.closing import TELLS_LITTLE, against, closed
+from analysis.gap.verdict.closing import against, closed
 from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import LEAST_SHRINK, MAY_BE_NOTHING, Choice, confused
+from analysis.gap.verdict.verdict import (
+    LEAST_SHRINK,
+    MAY_BE_NOTHING,
+    TELLS_LITTLE,
+    Choice,
+    confused,
+)
 from sensor.effect import Effect
 from sensor.effects.adc_dnl import AdcDnl
 from sensor.effects.specular_glare import SpecularGlare

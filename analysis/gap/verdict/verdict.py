@@ -23,6 +23,9 @@ MARGIN = 9.0
 
 LEAST_SHRINK = 0.8
 
+TELLS_LITTLE = 0.1
+"""G below which the part of it that is closed says nothing of who closed it."""
+
 MAY_BE_NOTHING = 0.01
 """Chance of what is left from which it may be nothing, however little of a small gap seems closed.
 Of eight single names of the bench that left 0.01 to 0.05 six were right (seeds 21 to 35); the
@@ -223,7 +226,8 @@ def verdict(effects: int, gap: Gap, elsewhere: bool = False) -> str:
         return "explained"
     # near the floor, and where nothing may be left, the total tells little, but chances do: half of
     # their digits must be gone
-    little = gap.at_floor or gap.p_value_after > MAY_BE_NOTHING
+    small = gap.at_floor or gap.before < TELLS_LITTLE
+    little = small or gap.p_value_after > MAY_BE_NOTHING
     enough = gap.p_value_after**2 > gap.p_value_before if little else gap.shrink >= LEAST_SHRINK
     return "partly explained" if enough and not elsewhere else "unexplained"
 
