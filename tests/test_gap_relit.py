@@ -24,6 +24,7 @@ from analysis.gap.calibrate.relit import lighting, relit
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.light_ways import SHADING_PRIOR, light_ways
 from analysis.gap.camera.twin import Scenery, twin
+from analysis.gap.camera.twin_light import light_means
 from analysis.gap.look.observation import Observation
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import Setting, look
@@ -31,6 +32,7 @@ from analysis.identifiability.known import base_of
 from sensor.effect import Effect
 from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.lamp_displacement import LampDisplacement
+from sensor.effects.spectral_response_error import SpectralResponseError
 from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.record import record
 from tests.short import HEIGHT, PROTOCOL, WIDTH, camera, light
@@ -122,6 +124,24 @@ def test_what_happens_behind_the_light_changes_none() -> None:
         base, scenery, _, _ = given_back(effect)
         assert base is known().base
         assert scenery is known().scenery
+
+
+def test_light_that_effects_make_brighter_is_given_back_as_well() -> None:
+    """Responses that are three times as high show three times of what is taken off the light: one
+    that is a third as strong, seen through them, is darkened by more vignetting as any other."""
+    brighter = SpectralResponseError(leakage=0.0, response_change=2.0)
+    base = dataclasses.replace(
+        known().base, level={lamp: level / 3 for lamp, level in known().base.level.items()}
+    )
+    reference = twin(known().scenery, base, effects=[brighter], seed=3)
+    how = lighting(base, known().scenery, reference)
+    lit, scenery = relit(
+        how, base, known().scenery, before=[brighter], after=[brighter, DARKER], seed=3
+    )
+    before = light_means(known().scenery, base, effects=[brighter], seed=3)
+    after = light_means(scenery, lit, effects=[brighter, DARKER], seed=3)
+    once = light_means(known().scenery, base, effects=[brighter, DARKER], seed=3)
+    assert np.abs(after - before).max() < 0.1 * np.abs(once - before).max()
 
 
 def test_clipped_blocks_tell_nothing_of_a_change() -> None:

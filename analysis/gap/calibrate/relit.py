@@ -38,6 +38,11 @@ ROUNDS = 6
 """Times at most that the light is read anew: what an effect takes off is a part of what it is
 given."""
 
+RESPONSES = (0.1, 10.0)
+"""By which light may be seen through effects, against what the camera alone sees of it: responses
+that are three times as high as stated turn a change into one of twice its size, to the other
+side."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lighting:
@@ -141,14 +146,19 @@ def relit(
     if how is None or of_the_light(before) == of_the_light(after):
         return base, scenery
     as_it_was = _as_it_was(how, of_the_light(before), seed)
-    given_back = np.zeros(len(how.ways))
+    given_back, response = np.zeros(len(how.ways)), 1.0
+    last, aimed = None, None
     for _ in range(ROUNDS):
         change = light_means(scenery, base, effects=after, seed=seed) - as_it_was
+        if last is not None and aimed is not None:
+            seen = float(np.vdot(last - change, aimed) / np.vdot(aimed, aimed))
+            response = float(np.clip(response * seen, *RESPONSES))
         levels, more = how.amounts(change)
-        if np.abs(how.shown(more, levels)).max() < LEAST_DN:
+        last, aimed = change, how.shown(more, levels)
+        if np.abs(aimed).max() < LEAST_DN:
             break
-        given_back = given_back + more
-        base, scenery = how.darker(base, levels), how.without(given_back)
+        given_back = given_back + more / response
+        base, scenery = how.darker(base, levels / response), how.without(given_back)
     return base, scenery
 
 
