@@ -13,7 +13,7 @@ from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAM
 from analysis.gap.measure.signature import starts
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects import anew, beginnings, valley, ways
-from analysis.gap.suspects.beginnings import as_dark, choices, every_choice
+from analysis.gap.suspects.beginnings import LOUDER, as_dark, choices, every_choice
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.chroma_subsampling import ChromaSubsampling
@@ -199,6 +199,33 @@ def test_choices_that_are_about_as_likely_before_calibration_are_calibrated_as_w
     )
     gone = [effect.subsampling for _, effect in every.of_what_is_hidden(every.as_found)]
     assert gone == [one for one in tried for _ in range(2)]
+
+
+@pytest.mark.parametrize(("as_it_is", "times"), [(1.0, 1.0), (9.0, LOUDER)])
+def test_a_quiet_camera_is_as_quiet_behind_a_cable(
+    as_it_is: float, times: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a choice that leaves 5.0 with twice the noise, and less or more as the camera was
+    calibrated: the likelier of both is where the search begins."""
+
+    def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
+        misfit = as_it_is if np.array_equal(base.read_dn2, BASE.read_dn2) else 5.0
+        return SimpleNamespace(base=base, effects=effects, misfit=misfit)
+
+    monkeypatch.setattr(ways, "refined", refined)
+    known = SimpleNamespace(effects=(), base=BASE)
+    every: Any = ways.Ways(
+        case=cast(Any, SimpleNamespace(known=known, fit_seen=None)),
+        scenery=cast(Any, None),
+        as_found=cast(Any, None),
+        base=BASE,
+        effect=Jpeg(quality=90.0, subsampling=1.0),
+        told=Told(hints={"quality": 90.0}, exact=False),
+        tuned=True,
+    )
+    for begun in every._unhidden:
+        assert begun.base.read_dn2 == pytest.approx(times * BASE.read_dn2)
+    assert len(every._unhidden) == 3
 
 
 def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
