@@ -89,6 +89,8 @@ def test_which_later_effect_is_tried(
     absorbed = dataclasses.replace(candidate("hot_pixels", score), absorbed=0.95)
     assert deserves(absorbed, first, WITHOUT, now) is (score > 2000.0)
     assert deserves(absorbed, candidate("jpeg", 100.0), WITHOUT, now) is (score > 60.0)
+    # dust shades a picture as a lamp might, and twins do not know where
+    assert not deserves(absorbed, candidate("dust_shadow", 100.0), WITHOUT, now)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from analysis.gap.verdict.closing import closed, untouched
 from analysis.gap.verdict.step import Step
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
+    DRAWN,
     EQUIVALENT,
     LEAST_SHRINK,
     SIGNIFICANCE,
@@ -73,7 +74,8 @@ def deserves(
     tried = enough and (little or untouched(base, now, worth=0.0))
     large = stands_beside(later, first) or apart > LEAST_WHERE_LITTLE
     if later.absorbed >= EQUIVALENT:
-        return large and later.score > BEYOND_CALIBRATION
+        beyond = later.score > BEYOND_CALIBRATION and first.name not in DRAWN
+        return large and beyond
     return bool(tried or large)
 
 
