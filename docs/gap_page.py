@@ -25,6 +25,7 @@ from analysis.gap.verdict.verdict import (
     MARGIN_OF_SCORE,
     MAY_BE_NOTHING,
     SIGNIFICANCE,
+    TELLS_LITTLE,
 )
 from analysis.gap_bench.count import lines
 from analysis.gap_bench.page import confusions, limits_table, probabilities, table
@@ -54,6 +55,7 @@ FIGURES = {
     "MISFIT": f"{MISFIT:g}",
     "LEAVES_SOME": f"{LEAVES_SOME:g}",
     "MAY_BE_NOTHING": f"{MAY_BE_NOTHING:g}",
+    "TELLS_LITTLE": f"{TELLS_LITTLE:g}",
     "MARGIN_OF_SCORE": f"{100 * MARGIN_OF_SCORE:g} %",
     "CLASS_SIZE": f"{CLASS_SIZE}",
     "MOST_EFFECTS": f"{MOST_EFFECTS}",
