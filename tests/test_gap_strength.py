@@ -75,7 +75,7 @@ def test_a_full_well_is_known_in_octaves() -> None:
     value, z = 5000.0, 100.0
     error = strength_of.least_error(full_well, value, z**2)
     octaves = np.log2(full_well.identity / value)
-    assert np.log2((value + error) / value) == pytest.approx(octaves / (2 * z), rel=0.05)
+    assert error / (value * np.log(2)) == pytest.approx(octaves / z)
 
 
 def fitted(effect: Effect, parameter: str, by: float, error: float, told: Any = None) -> Figure:
