@@ -40,7 +40,7 @@ class DefectCorrection(Effect):
         minimum=0.0,
         maximum=65536.0,
         identity=65536.0,
-        starts=(1.5, 6.0, 24.0, 96.0, 192.0),
+        starts=(1.5, 6.0, 24.0, 48.0, 96.0, 136.0, 192.0),
         doc="difference from the median from which a pixel is a defect",
     )
 
