@@ -23,7 +23,7 @@ check: format lint types imports test test-whole  ## format, lint, strict types,
 test: $(READY)  ## the tests, but for those that take a minute each
 	$(BIN)/python -m pytest -n $(JOBS) -m "not whole"
 
-test-whole: $(READY)  ## these: whole diagnoses of whole captures
+test-whole: $(READY)  ## these: whole diagnoses of whole captures, above all
 	$(BIN)/python -m pytest -n $(JOBS) -m whole
 
 nightly: $(READY)  ## all of them with 5,000 damaged inputs and kills at more moments

@@ -212,6 +212,7 @@ def test_no_gains_are_missed_that_are_likelier(seed: int) -> None:
     assert any(pair == pytest.approx(tuple(gains), abs=5e-5) for pair in likely)
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("seed", range(20, 22))
 def test_other_cameras_have_no_gains_behind_finer_codes(seed: int) -> None:
     """Gains in front of the converter, behind whole codes, and codes that are wide and narrow in

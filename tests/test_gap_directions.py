@@ -51,6 +51,7 @@ def both() -> tuple[Fit, Directions]:
     return fit, directions(fit.base, setting.scenery, moved.seen_by(fit.textured))
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("name", MOST_LEFT)
 def test_a_direction_is_the_same_by_other_random_numbers(name: str) -> None:
     fit, other = both()

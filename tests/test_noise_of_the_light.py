@@ -27,6 +27,7 @@ ROWS = slice(340, 452)
 """The rows of the grey panels: nothing else is analysed."""
 
 
+@pytest.mark.whole
 @pytest.mark.skipif(not backend().jit, reason="two hundred light paths to a pixel take minutes")
 def test_at_the_default_no_noise_parameter_moves_by_a_twentieth_of_its_error() -> None:
     """The paper's frames, twice with the same random numbers: under noiseless light, and with the
