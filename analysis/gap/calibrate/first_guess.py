@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,13 +33,25 @@ from sensor.camera import Camera
 
 Floats = NDArray[np.float64]
 
-NOWHERE_FULL: Mapping[str, Floats] = MappingProxyType({})
-
 BELOW_FULL = 0.8
 """Part of the level of full photosites below which a block has none of them."""
 
 USUAL_GAIN_DN_PER_E = 0.015
 """Of an 8-bit camera with 17 ke- full well; stands in where no light tells the gain."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Full:
+    """What is seen of full photosites, and of those beside them that are not.
+
+    Attributes:
+        levels_dn: level of full photosites by label of a lit shot that has some, (channels,); such
+            a shot tells nothing of noise, and of its light what is well below.
+        gain_dn_per_e: by samples that are well below, (channels,).
+    """
+
+    levels_dn: Mapping[str, Floats]
+    gain_dn_per_e: Floats
 
 
 def first_guess(
@@ -48,7 +60,7 @@ def first_guess(
     nominal: Camera | None,
     dark: Darks,
     *,
-    full: Mapping[str, Floats] = NOWHERE_FULL,
+    full: Full | None = None,
 ) -> Base:
     """A base by moments, of a camera that counts in fractions.
 
@@ -57,12 +69,12 @@ def first_guess(
         scenery: its light and shots.
         nominal: the camera that it is said to be; tells the gain where no light does.
         dark: what the darks show.
-        full: level in DN at which photosites are full, by label of a lit shot, (channels,); such a
-            shot tells nothing of noise, and of its light what is well below.
+        full: what is known of full photosites, where there are any.
     """
     exposure = exposures_of(seen, scenery)
     mean = seen.means.mean(axis=(0, 3))
-    lit = [k for k, label in enumerate(seen.shots) if label in seen.lit and label not in full]
+    levels_dn = full.levels_dn if full else {}
+    lit = [k for k, label in enumerate(seen.shots) if label in seen.lit and label not in levels_dn]
     count = len(seen.channels)
     pattern = np.array(figure_of(seen, "pattern", "pattern variance"))
     noise = np.maximum(seen.noise - ROUNDING_DN2, LEAST_READ_DN2)
@@ -73,7 +85,9 @@ def first_guess(
     else:
         gain = np.full(count, USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8))
     tell = _clear(seen, lit, scenery.view.top_dn)
-    if lit:
+    if full:
+        gain = full.gain_dn_per_e
+    elif lit:
         shot_noise = (tell * (noise - dark.variance_dn2(exposure))).sum(axis=0)
         slope = shot_noise / np.maximum((tell * signal).sum(axis=0), 1e-6)
         gain = np.where(slope > 0.02 * gain, slope, gain)
@@ -100,7 +114,7 @@ def first_guess(
         arithmetic=IN_FRACTIONS,
         white_balance=None,
         blur_px2=0.0,
-        level=levels(seen, scenery, dark, gain, full),
+        level=levels(seen, scenery, dark, gain, levels_dn),
     )
     clamp = clamp_e2(seen, seen.noise / gain**2)
     # more is something else, and is not to be taken up in part
@@ -195,7 +209,7 @@ def levels(
     scenery: Scenery,
     dark: Darks,
     gain: Floats,
-    full: Mapping[str, Floats],
+    full_dn: Mapping[str, Floats],
 ) -> dict[str, Floats]:
     """Electrons per unit of light by lamp and channel, by least squares over the block means."""
     view = scenery.view
@@ -206,17 +220,39 @@ def levels(
         for k, shot in enumerate(scenery.shots):
             if shot.dark or lamp_of(shot) != lamp:
                 continue
-            ends_dn = BELOW_FULL * full.get(shot.label, np.full(len(seen.channels), np.inf))
             offset = dark.mean_dn(shot.exposure_s)
             for c in range(len(seen.channels)):
                 y = seen.means[:, k, c].mean(axis=0)
                 x = light[lamp][c] * exposure_of(shot)
-                good = y < min(NOT_CLIPPED * view.top_dn, ends_dn[c])
+                good = y < NOT_CLIPPED * view.top_dn
+                if shot.label in full_dn:
+                    room = BELOW_FULL * (full_dn[shot.label][c] - offset[c])
+                    good &= _not_filled(x, y - offset[c], room)
                 above[c] += float(x[good] @ (y[good] - offset[c]))
                 below[c] += float(x[good] @ x[good])
         per_unit = np.where(below > 0, above / np.maximum(below, 1e-30), 1.0)
         found[lamp] = np.maximum(per_unit, 1e-12) / gain
     return found
+
+
+DARKEST = 0.1
+"""Part of the blocks, and of the ratios of those, that tell a level where photosites are full."""
+
+
+def _not_filled(light: Floats, above_dn: Floats, room_dn: float) -> NDArray[np.bool_]:
+    """Blocks as bright as their light makes them: what is full holds less, and what runs over from
+    there makes others brighter. The darkest have nothing that is full, and of these the darkest
+    for their light have been given nothing.
+
+    Args:
+        light: of each block.
+        above_dn: how bright they are above black.
+        room_dn: how bright a block may be, by its light, that has nothing full.
+    """
+    darkest = light <= np.quantile(light, DARKEST)
+    ratio = above_dn / np.maximum(light, 1e-30)
+    least = float(np.quantile(ratio[darkest], DARKEST))
+    return (np.abs(ratio - least) < DARKEST * abs(least)) & (least * light < room_dn)
 
 
 def _bits(scenery: Scenery) -> int:

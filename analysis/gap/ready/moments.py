@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.counting import by_rule
 from analysis.gap.calibrate.darks import Darks, darks_of
-from analysis.gap.calibrate.first_guess import NOWHERE_FULL, first_guess
+from analysis.gap.calibrate.first_guess import Full, first_guess
 from analysis.gap.camera.base import Base
 from analysis.gap.ready.setting import Setting, halves
 
 Floats = NDArray[np.float64]
 
 
-def by_moments(
-    setting: Setting, *, full: Mapping[str, Floats] = NOWHERE_FULL
-) -> tuple[Darks, Base]:
+def by_moments(setting: Setting, *, full: Full | None = None) -> tuple[Darks, Base]:
     """What the darks show, and the base, of the frames that fit.
 
     Args:
         setting: the capture.
-        full: level at which photosites are full, by label of a lit shot; see `first_guess`.
+        full: what is known of full photosites, where there are any.
     """
     fit_half, _ = halves(setting.seen)
     dark = darks_of(fit_half, setting.scenery, setting.black_dn)

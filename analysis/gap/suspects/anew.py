@@ -124,7 +124,10 @@ def _under(scenery: Scenery, found: Candidate, fitted: Refined) -> Candidate:
     by that camera's errors, as it is no change of the model.
     """
     model = around(fitted.base, as_shown(fitted, scenery), fitted.effects)
-    return dataclasses.replace(found, model=model, misfit=fitted.misfit, off=fitted.misfit - 1.0)
+    off = fitted.misfit - 1.0
+    return dataclasses.replace(
+        found, model=model, scenery=model.scenery, misfit=fitted.misfit, off=off
+    )
 
 
 def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless: float) -> Tried:

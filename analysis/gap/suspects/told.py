@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
+from analysis.gap.ready.brimful import brimful
 from analysis.gap.ready.filtered import filtered
-from analysis.gap.ready.full_well import brimful, full_well_e
+from analysis.gap.ready.full_well import full_well_e
 from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz
 from analysis.gap.ready.hot import hot
 from analysis.gap.ready.mixed import mixed
