@@ -341,6 +341,14 @@ def test_full_photosites_are_told_behind_any_read_noise() -> None:
     assert end_of(exposed(4500.0, read_e=60.0), read_e=60.0) is None
 
 
+def test_light_behind_a_curve_is_no_full_well() -> None:
+    """A curve of slope g has g^2 times the noise: a root makes dark samples the loudest of all."""
+    straight = exposed(4500.0)
+    bent = np.sqrt(straight * TOP_DN)
+    dark = Dark(mean_dn=float(np.sqrt(BLACK_DN * TOP_DN)), variance_dn2=4.0)
+    assert levels_of_full([Samples.of(bent, TOP_DN)], dark) == [None]
+
+
 def test_a_shot_with_nothing_below_full_is_told_by_another_one() -> None:
     """Samples half as bright as full ones have the same noise in any shot."""
     bright = exposed(60_000.0, full_e=4500.0)[:, :, 64:]

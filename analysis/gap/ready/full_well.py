@@ -129,15 +129,14 @@ def _level_of_full(one: Samples, shots: Sequence[Samples], dark: Dark) -> float 
     level, bright = one.brightest()
     if level >= one.top_dn - 1:
         return None
-    ends = (dark.mean_dn + part * (level - dark.mean_dn) for part in MIDDLE)
-    least_dn, most_dn = ends
+    least_dn, most_dn = (dark.mean_dn + part * (level - dark.mean_dn) for part in MIDDLE)
     medium = np.concatenate([each.between(least_dn, most_dn) for each in shots])
     if min(bright.size, medium.size) < FEWEST:
         return None
-    by_light = (some.mean() - dark.variance_dn2 for some in (medium, bright))
-    half, full = by_light
+    half, full = (float(some.mean()) - dark.variance_dn2 for some in (medium, bright))
     error = np.hypot(one.error_of(bright), QUIET * one.error_of(medium))
-    return level if QUIET * half - full > SURELY * error else None
+    # a curve that flattens takes noise from what is bright, and gives it to the dark
+    return level if QUIET * half - abs(full) > SURELY * error else None
 
 
 def dark_of(stacks: Sequence[Frames], lattice: Lattice) -> Dark:
