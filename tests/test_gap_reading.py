@@ -349,6 +349,11 @@ def test_light_behind_a_curve_is_no_full_well() -> None:
     assert levels_of_full([Samples.of(bent, TOP_DN)], dark) == [None]
 
 
+def test_light_that_is_hardly_clipped_is_no_full_well() -> None:
+    """The brightest of 6,200 electrons are 253 DN on the average, of which a third is clipped."""
+    assert end_of(exposed(6200.0)[:, :, :126]) is None
+
+
 def test_a_shot_with_nothing_below_full_is_told_by_another_one() -> None:
     """Samples half as bright as full ones have the same noise in any shot."""
     bright = exposed(60_000.0, full_e=4500.0)[:, :, 64:]

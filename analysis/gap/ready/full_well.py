@@ -35,6 +35,10 @@ QUIET = 0.6
 """Of their variance beyond that of the dark. By photons alone the brightest have from 1.2 to 2.5
 times as much."""
 
+CLEAR_OF_THE_TOP = 3.0
+"""Standard deviations of light half as bright below the end of the converter from which on it
+clips too few samples to make them quiet."""
+
 SURELY = 4.0
 """Standard errors by which they are that quiet."""
 
@@ -127,12 +131,12 @@ def levels_of_full(shots: Sequence[Samples], dark: Dark) -> list[float | None]:
 
 def _level_of_full(one: Samples, shots: Sequence[Samples], dark: Dark) -> float | None:
     level, bright = one.brightest()
-    if level >= one.top_dn - 1:
-        return None
     least_dn, most_dn = (dark.mean_dn + part * (level - dark.mean_dn) for part in MIDDLE)
     medium = np.concatenate([each.between(least_dn, most_dn) for each in shots])
     if min(bright.size, medium.size) < FEWEST:
         return None
+    if level > one.top_dn - CLEAR_OF_THE_TOP * np.sqrt(medium.mean()):
+        return None  # noise that the converter clips is quiet as well
     half, full = (float(some.mean()) - dark.variance_dn2 for some in (medium, bright))
     error = np.hypot(one.error_of(bright), QUIET * one.error_of(medium))
     # a curve that flattens takes noise from what is bright, and gives it to the dark
