@@ -144,6 +144,22 @@ def test_what_a_name_is_given_with_speaks_against_it(
 
 
 @pytest.mark.parametrize(
+    ("before", "left", "place", "most"),
+    [
+        (384.0, [0.126, -0.03], 1, trust.MOST_AGAINST),
+        (384.0, [0.126, -0.03], 0, 1.0),
+        (384.0, [0.9, -0.03], 1, 1.0),
+        (28.0, [0.02, -0.01], 1, 1.0),
+    ],
+)
+def test_a_thousandth_of_a_gap_is_no_sure_second_cause(
+    before: float, left: list[float], place: int, most: float
+) -> None:
+    """The model of the first one is off by as much, where that can be seen at all."""
+    assert trust.most_of_a_remainder(before, left, place) == most
+
+
+@pytest.mark.parametrize(
     ("chances", "alike", "none"),
     [
         ([0.41], [[]], True),
