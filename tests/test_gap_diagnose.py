@@ -160,6 +160,8 @@ def test_an_effect_is_named_with_its_strength() -> None:
     assert abs(sigma.value - SIGMA_E) < 4 * sigma.se
     assert sigma.se < 0.1 * SIGMA_E
     assert found.gap.p_value_before < 1e-3 < found.gap.p_value_after
+    assert found.candidates[0].name == "row_noise"
+    assert found.candidates[0].gap == pytest.approx(found.gap.after)
     assert found.where[0].family in ("rows", "neighbours")
     # neighbours that go together are processing's more often, and here the suspect's own doing
     assert {"neighbours"} < {place.family for place in found.where}

@@ -41,6 +41,18 @@ def insufficient(trouble: str) -> GapReport:
     )
 
 
+def _with(suspect: Candidate, found: Trail) -> float:
+    """G with a suspect: of the model that was made with it, where there is one; else by how much it
+    takes off by the errors of the model without it.
+    """
+    if found.choices and suspect.name == found.choices[0].best.name:
+        return found.measured[1].held.total
+    if suspect.model is not None:
+        return suspect.off
+    before = found.measured[0]
+    return before.held.total - suspect.forward / float(before.rod.spread.expected.sum())
+
+
 def conclude(setting: Setting, found: Trail) -> GapReport:
     """The report of what was found."""
     gap = gap_of(found)
@@ -55,7 +67,6 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     before, after = found.measured[0], found.measured[-1]
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
     weights = found.choices[0].by_name if found.choices else probabilities(found.candidates)
-    total = float(before.rod.spread.expected.sum())
     most = most_of_a_name(word, found)
     return GapReport(
         verdict=word,
@@ -67,7 +78,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
             Suspect(
                 name=c.name,
                 probability=min(most, float(weights.get(c.name, 0.0)) * doubt),
-                gap=before.held.total - c.forward / total,
+                gap=_with(c, found),
                 calibration_equivalent=c.absorbed > EQUIVALENT,
                 score=c.score,
             )
