@@ -17,9 +17,13 @@ MOST_ERROR = 0.1
 """Beyond which photon transfer tells no gain."""
 
 LEAST_FALL = 60.0
-"""Of chi-squared, by gains of two colours. Of 44 cameras without any, each with another effect, the
-largest was 34, by a filter over time, and 42 behind JPEG. Of 44 cameras with gains of sixteenths 31
-had more, 230 to 7,500; most others rounded once more behind them."""
+"""Of chi-squared, where codes are wide and narrow in turn."""
+
+LEAST_OF_GAINS = 120.0
+"""The same by gains of two colours. Of 44 cameras without any, each with another effect, the
+largest was 34, by a filter over time, and 42 behind JPEG; of 37 cameras by somebody else one had
+80, behind another demosaicer (docs/another-camera.md, seed 81). Of 44 cameras with gains of
+sixteenths 31 had more, 230 to 7,500; most others rounded once more behind them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,14 +81,14 @@ def finer_codes(edges: Mapping[str, CodeEdges], black_dn: float) -> FinerCodes |
             without = max(without, sum(falls.values()))
             if fits(green, falls["G"]):
                 fitting[up] = falls["G"]
-        if not fitting or not (gains := finer_gains(edges, steps, black_dn, LEAST_FALL / 2.0)):
+        if not fitting or not (gains := finer_gains(edges, steps, black_dn, LEAST_OF_GAINS / 4.0)):
             continue  # combs of less power than that take off so much once in 300 cameras
         up = max(fitting, key=lambda one: fitting[one])
         fall = fitting[up] + sum(gains[0].falls)
         if best is None or fall > best.fall:
             rules = tuple(rule for one, rule in ways if one == up)
             best = FinerCodes(rules=rules, gains=gains, fall=fall)
-    if best is None or best.fall - without < LEAST_FALL:
+    if best is None or best.fall - without < LEAST_OF_GAINS:
         return None
     return best
 
