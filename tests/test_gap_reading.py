@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import io
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +27,6 @@ from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.repeats import fresh, partly_repeats, repeats
 from analysis.gap.look.whole_gains import white_balance
 from analysis.gap.measure.signature import scaled, starts
-from analysis.gap.ready.full_well import Dark, Samples, full_well_e, levels_of_full
 from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
 from analysis.gap.suspects.beginnings import of_other_strengths, with_more_strengths
 from sensor.catalogue import catalogue
@@ -304,89 +301,6 @@ def test_the_mains_is_read_from_the_beat_of_the_means(mains: float) -> None:
 def test_noise_has_no_beat() -> None:
     assert mains_hz([flickering(None)]) is None
     assert mains_hz([]) is None
-
-
-GAIN, BLACK_DN, READ_E = 0.04, 5.0, 12.0
-
-
-def exposed(brightest_e: float, full_e: float = np.inf, read_e: float = READ_E) -> np.ndarray:
-    """A ramp of light along the rows, (16, 96, 128), and what photosites hold of it, in 8 bits."""
-    rng = np.random.default_rng(9)
-    light = np.broadcast_to(np.linspace(0.02, 1.0, 128) * brightest_e, (16, 96, 128))
-    held = np.minimum(rng.poisson(light), full_e)
-    dn = np.round(GAIN * (held + rng.normal(0, read_e, held.shape)) + BLACK_DN)
-    return np.clip(dn, 0, TOP_DN).astype(np.float32)
-
-
-def test_full_photosites_are_those_that_are_quiet() -> None:
-    """A full one has the noise of its read-out and of the rounding, no photons: here
-
-    (0.04 x 12)^2 + 1/12 = 0.31 DN^2,  of light half as bright 0.04^2 x 2250 + 0.31 = 3.9 DN^2."""
-    found = end_of(exposed(6000.0, full_e=4500.0))
-    assert found == pytest.approx(GAIN * 4500.0 + BLACK_DN, abs=0.5)
-
-
-def end_of(*shots: np.ndarray, read_e: float = READ_E) -> float | None:
-    """The level at which the last of the shots of one colour stops."""
-    dark = Dark(mean_dn=BLACK_DN, variance_dn2=(GAIN * read_e) ** 2 + 1 / 12)
-    return levels_of_full([Samples.of(dn, TOP_DN) for dn in shots], dark)[-1]
-
-
-def test_full_photosites_are_told_behind_any_read_noise() -> None:
-    """Of (0.04 x 60)^2 = 5.8 DN^2 of a full one and 9.4 DN^2 of one half as bright, light makes
-    none and 3.6: their ratio is 0.6 with the noise of the dark in both, and 0 without. The
-    brightest hundredth lie above the level by 2.7 x 2.4 DN / sqrt(16) = 1.6 DN."""
-    loud = exposed(6000.0, full_e=4500.0, read_e=60.0)
-    assert end_of(loud, read_e=60.0) == pytest.approx(GAIN * 4500.0 + BLACK_DN, abs=2.0)
-    assert end_of(exposed(4500.0, read_e=60.0), read_e=60.0) is None
-
-
-def test_light_behind_a_curve_is_no_full_well() -> None:
-    """A curve of slope g has g^2 times the noise: a root makes dark samples the loudest of all."""
-    straight = exposed(4500.0)
-    bent = np.sqrt(straight * TOP_DN)
-    dark = Dark(mean_dn=float(np.sqrt(BLACK_DN * TOP_DN)), variance_dn2=4.0)
-    assert levels_of_full([Samples.of(bent, TOP_DN)], dark) == [None]
-
-
-def test_light_that_is_hardly_clipped_is_no_full_well() -> None:
-    """Of 1.4 % of all samples, which would be 254.8 DN, half lie at the top: less than a hundredth
-    of all, and the noise of those is half gone."""
-    hardly = exposed(6000.0)
-    rng = np.random.default_rng(3)
-    brightest = np.round(rng.normal(254.8, 3.3, (16, 172)))
-    hardly.reshape(16, -1)[:, :172] = np.minimum(brightest, TOP_DN)
-    assert not Samples.of(hardly, TOP_DN).clipped
-    assert end_of(hardly) is None
-
-
-def test_a_shot_with_nothing_below_full_is_told_by_another_one() -> None:
-    """Samples half as bright as full ones have the same noise in any shot."""
-    bright = exposed(60_000.0, full_e=4500.0)[:, :, 64:]
-    assert end_of(bright) is None
-    assert end_of(exposed(4000.0), bright) == pytest.approx(GAIN * 4500.0 + BLACK_DN, abs=0.5)
-
-
-def test_the_brightest_light_is_no_full_well() -> None:
-    assert end_of(exposed(4500.0)) is None
-
-
-def test_frames_that_the_converter_clips_say_how_much_is_held_at_least() -> None:
-    """In electrons of the camera as it is calibrated; of frames that end below nothing is said."""
-    site = Lattice(name="Y", channel="Y", dy=0, dx=0, step=1)
-    shot = Shot(label="lit", light=("lamp",), exposure_s=0.02, frames=16)
-    figures = np.array([GAIN]), np.array([BLACK_DN])
-    base: Any = SimpleNamespace(channels=("Y",), gain_dn_per_e=figures[0], black_dn=figures[1])
-
-    def found(brightest_e: float, full_e: float = np.inf) -> float | None:
-        dn = exposed(brightest_e, full_e).astype(np.uint8)
-        return full_well_e(
-            [Frames(shot=shot, dn=dn, bits=8, pixels="mono8", cfa=None)], [site], base
-        )
-
-    assert found(4500.0) is None
-    assert found(6000.0, 4500.0) == pytest.approx(4500.0, rel=0.02)
-    assert found(9000.0) == pytest.approx((TOP_DN - BLACK_DN) / GAIN)
 
 
 def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:

@@ -54,8 +54,8 @@ def brimful(setting: Setting) -> Told | None:
 
 
 def _as_full(base: Base, above_dn: Floats, charge_e: float) -> Base:
-    """The camera whose full photosites are where they are seen: gains by noise are told to a
-    hundredth, and levels to a thousandth. What it shows of its light stays as bright.
+    """The camera whose full photosites are where they are seen: gains by noise are told to some
+    hundredths, and levels to less than a code. What it shows of its light stays as bright.
 
     Args:
         base: by moments.
