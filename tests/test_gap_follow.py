@@ -18,13 +18,16 @@ EXPECTED = 1000.0
 GAP = 0.077
 """Without any effect."""
 
+CHANCE = 0.9
+"""Of what was chosen first."""
+
 
 def step(best: Candidate, left: float, ends: bool = False) -> Any:
     """By which an effect was added that leaves so much, and `ends` if that is chance."""
     spread = SimpleNamespace(expected=SimpleNamespace(sum=lambda: EXPECTED))
     now = SimpleNamespace(held=SimpleNamespace(total=left), rod=SimpleNamespace(spread=spread))
     return SimpleNamespace(
-        choice=SimpleNamespace(best=best),
+        choice=Choice(best=best, alike=(), probability=CHANCE, by_name={best.name: CHANCE}),
         left=now,
         model=SimpleNamespace(effects=(best.effect,)),
         ends=ends,
@@ -37,9 +40,13 @@ def search(suspects: list[Candidate], chance: float, leaves: float, *, ends: boo
     def made(model: Any, left: Any, candidates: Any, choice: Choice) -> Any:
         return step(choice.best, leaves, ends)
 
-    look = SimpleNamespace(telling=suspects, chance=chance)
+    def beside(model: Any, left: Any, *, kinds: Any) -> Any:
+        asked = [one for one in suspects if type(one.effect) in kinds]
+        return SimpleNamespace(telling=asked, chance=chance)
+
     base = SimpleNamespace(held=SimpleNamespace(total=GAP))
-    return SimpleNamespace(base=base, beside=lambda model, left: look, step=made)
+    kinds = [type(one.effect) for one in suspects]
+    return SimpleNamespace(base=base, beside=beside, step=made, kinds=kinds)
 
 
 FIRST, OTHER = "crosstalk", "charge_transfer_inefficiency"
@@ -82,10 +89,41 @@ def test_what_leaves_chance_alone_is_taken_whatever_the_first_left() -> None:
         assert (again is not None) is not ends
 
 
-def test_a_second_effect_that_alone_makes_things_worse_is_not_asked() -> None:
-    nobody = search([candidate(OTHER, 220.0)], 1e-6, -0.04)
+@pytest.mark.parametrize(
+    ("what", "second_ends", "ends", "taken"),
+    [
+        ("its strength was led astray, and is right beside the second", False, True, True),
+        ("it leaves something again", False, False, False),
+        ("it is right as it is", True, True, False),
+    ],
+)
+@pytest.mark.parametrize("by_itself", [0.008, 0.1])
+def test_the_first_effect_is_fitted_again_beside_the_second(
+    what: str, second_ends: bool, ends: bool, taken: bool, by_itself: float
+) -> None:
+    """Whether the second one alone leaves more than there was or less; nobody else can do what the
+    first does where it leaves more, so that nobody else is asked, and it is as probable as it was.
+    """
+    suspects = [candidate(FIRST, 620.0), candidate(OTHER, 170.0)]
     first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
-    assert _chosen_again(nobody, step(first, 0.01), step(second, 0.0), step(second, 0.1)) is None
+    again = _chosen_again(
+        search(suspects, 1e-6, 0.0, ends=ends),
+        step(first, 0.01),
+        step(second, 0.0, second_ends),
+        step(second, by_itself),
+    )
+    assert (again is not None) is taken, what
+    if again is not None:
+        assert again.choice.best.name == FIRST
+        assert again.choice.probability == CHANCE or by_itself < GAP
+
+
+def test_beside_a_second_effect_that_alone_makes_things_worse_nobody_else_is_asked() -> None:
+    nobody = search([candidate(OTHER, 220.0)], 1e-6, -0.04, ends=True)
+    first, second = candidate(FIRST, 620.0), candidate("nonlinearity", 310.0)
+    for ends in (False, True):
+        both = step(second, 0.0, ends)
+        assert _chosen_again(nobody, step(first, 0.01), both, step(second, 0.1)) is None
 
 
 def test_what_cannot_be_named_beside_the_second_changes_nothing() -> None:
