@@ -18,7 +18,7 @@ from analysis.gap.suspects.beginnings import LONG
 from analysis.gap.suspects.first_look import IN_THE_PICTURE, in_range
 from analysis.gap.suspects.likelihood import CLEAR, judged
 from analysis.gap.suspects.pursue import pursue
-from sensor.effect import Effect
+from sensor.effect import Effect, Stage
 
 WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
@@ -45,6 +45,9 @@ no other one is calibrated anew."""
 
 FAR_WORSE = 3.0
 """Times the misfit without a suspect from which the camera is not calibrated anew with it."""
+
+BY_BODY = IN_THE_PICTURE | {Stage.ADC}
+"""Stages whose effects may be drawn anew for every body."""
 
 NOTHING_TOLD: Mapping[str, Told] = MappingProxyType({})
 
@@ -111,8 +114,8 @@ def _scattered(
     """
     made = []
     for one in found:
-        possible = one.effect.stage in IN_THE_PICTURE and one.score > WORTH_A_LOOK
-        if possible and one.model is None:
+        drawn = one.effect.stage in BY_BODY and not _comes_in_steps(one.effect)
+        if drawn and one.score > WORTH_A_LOOK and one.model is None:
             watch(one.name)
             made.append(elsewhere(case, one))
     return [one for one in made if one is not None]
