@@ -13,7 +13,12 @@ from hypothesis import strategies as st
 from analysis.bias.demosaic import detrended_variance, site_factors
 from analysis.bias.domain import figures, foretold, true_figures, warning
 from analysis.bias.prediction import Make, predict
-from analysis.bias.rounding import rounded, sample_sd_factor
+from analysis.bias.rounding import (
+    before_rounding_dn2,
+    on_average_dn2,
+    rounded,
+    sample_sd_factor,
+)
 from analysis.bias.technique import PRINTED, REPAIRED, parameters
 from analysis.bias.two_noises import two_noises
 from analysis.estimators.panel_noise import combine, measure_panel
@@ -23,6 +28,18 @@ from sensor.frames import Capture, Frames, Shot
 from tests.harness import assert_agree
 
 DRAWS = 400_000
+
+
+@pytest.mark.parametrize("sd", [0.02, 0.1, 0.4, 1.0])
+def test_noise_behind_rounding_is_that_of_levels_anywhere_on_average(sd):
+    """The mean of the exact variances over a grid of levels, which is exact for a periodic function
+    with fewer waves than it has points; of little noise s / sqrt(pi), of much s^2 + 1/12."""
+    levels = 20.0 + (np.arange(512) + 0.5) / 512
+    exact = float(np.square(rounded(levels, sd).sd_dn).mean())
+    assert float(on_average_dn2(sd**2)) == pytest.approx(exact, rel=1e-5)
+    assert float(before_rounding_dn2(exact)) == pytest.approx(sd**2, rel=1e-3)
+    limit = sd / math.sqrt(math.pi) if sd < 0.3 else sd**2 + 1 / 12
+    assert exact == pytest.approx(limit, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -257,6 +257,11 @@ def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
         assert {base.arithmetic for base, _ in made} == {rule}
         assert {effect.amount for _, effect in made} == {amount}
         assert 2.0 in {effect.passes for _, effect in made}
+    for exact, others in ((True, set()), (False, {2.0, 4.0})):
+        told = Told(hints={"passes": 3.0}, exact=exact)
+        made = list(dataclasses.replace(every, told=told).by_choosing(best))
+        assert {effect.passes for _, effect in made} - {3.0} >= others
+        assert ({effect.passes for _, effect in made} <= {3.0}) is exact
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from analysis.gap.calibrate.darks import (
     behind_rounding,
     black_by_light,
 )
-from analysis.gap.calibrate.space import Space, never_moved
+from analysis.gap.calibrate.space import FEW_CHANGES, NOTHING, Space, figure_variances, never_moved
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.families import EVERY_SHOT
@@ -403,6 +403,26 @@ def test_frames_with_noise_never_repeat_by_chance() -> None:
         part = dataclasses.replace(seen, figures=figures[:1])
         if noise_dn2:
             assert repeats / 24 / never_moved(one, part)[2] == pytest.approx(z)
+
+
+def test_few_changes_of_codes_tell_nothing_of_where_they_are() -> None:
+    """One pixel of a dark that has another code in one frame makes a kurtosis, and is in one group
+    of frames out of many. How much noise there is they still tell."""
+    kinds = {"tails": "kurtosis", "transfer": "variance", "pattern shape": "hot samples"}
+    keys = tuple(
+        Key(shot=shot, lattice="Y", family=family, statistic=statistic)
+        for shot in ("quiet", "loud")
+        for family, statistic in kinds.items()
+    )
+    samples, frames = 50, 8
+    in_all = np.array([[0.9 * FEW_CHANGES], [1.1 * FEW_CHANGES]])
+    twins = Observation(
+        keys=keys, figures=np.random.default_rng(2).normal(size=(16, 1)) * np.ones(len(keys)),
+        shots=("quiet", "loud"), lit=frozenset(), channels=("Y",), means=np.zeros((16, 2, 1, 1)),
+        noise=in_all / (samples * frames), grid=(1, 1), samples=samples, frames=frames, counted=16,
+    )  # fmt: skip
+    errors = np.sqrt(figure_variances(twins))
+    np.testing.assert_allclose(errors / errors[-1], [NOTHING, 1, 1, 1, 1, 1])
 
 
 def test_dark_current_that_differs_is_read_behind_rounding() -> None:

@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.gap.camera.base import Body
 from analysis.gap.report import NO_GAP, GapReport
-from analysis.gap.verdict import trust
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
@@ -28,9 +26,6 @@ from analysis.gap.verdict.verdict import (
     verdict,
 )
 from sensor.catalogue import catalogue
-from sensor.effect import Effect
-from sensor.effects.specular_glare import SpecularGlare
-from sensor.effects.veiling_glare import VeilingGlare
 from tests.candidates import candidate
 
 
@@ -102,87 +97,6 @@ def test_what_calibration_takes_up_is_no_evidence_by_itself() -> None:
     smear = dataclasses.replace(candidate("smear", 180.0), absorbed=0.93)
     glare = candidate("veiling_glare", 130.0)
     assert list(telling([smear, glare], p_of_whole=0.4)) == [smear, glare]
-
-
-def test_a_name_has_no_rival_in_one_that_is_named_with_it() -> None:
-    """0.52 of interference, 0.40 of charge transfer and 0.08 of crosstalk: where charge transfer is
-    named as well, interference has 0.52 of the 0.60 that is left."""
-    first = choose([candidate("interference", 40.0), candidate("crosstalk", 36.0)])
-    assert first is not None
-    first = dataclasses.replace(
-        first,
-        probability=0.52,
-        by_name={"interference": 0.52, "charge_transfer_inefficiency": 0.4, "crosstalk": 0.08},
-    )
-    later = choose([candidate("charge_transfer_inefficiency", 200.0)])
-    assert later is not None
-
-    def beside(*choices: Choice) -> float:
-        return trust.beside(first, choices)
-
-    assert beside(first) == pytest.approx(0.52)
-    assert beside(first, later) == pytest.approx(0.52 / 0.6)
-    certain = dataclasses.replace(first, probability=0.9)
-    assert trust.beside(certain, (certain, later)) == 1.0
-
-
-@pytest.mark.parametrize(
-    ("names", "place", "most"),
-    [
-        (["veiling_glare"], 0, 1.0),
-        (["row_noise", "black_level_drift"], 0, trust.MOST_AGAINST),
-        (["row_noise", "veiling_glare"], 0, 1.0),
-        (["row_noise", "black_level_drift"], 1, trust.MOST_AGAINST),
-        (["row_noise", "veiling_glare"], 1, 1.0),
-    ],
-)
-def test_what_a_name_is_given_with_speaks_against_it(
-    names: list[str], place: int, most: float
-) -> None:
-    """Two of which a third may be made."""
-    assert trust.most_of_several(names, place) == most
-
-
-@pytest.mark.parametrize(
-    ("before", "left", "place", "most"),
-    [
-        (384.0, [0.126, -0.03], 1, trust.MOST_AGAINST),
-        (384.0, [0.126, -0.03], 0, 1.0),
-        (384.0, [0.9, -0.03], 1, 1.0),
-        (28.0, [0.02, -0.01], 1, 1.0),
-    ],
-)
-def test_a_thousandth_of_a_gap_is_no_sure_second_cause(
-    before: float, left: list[float], place: int, most: float
-) -> None:
-    """The model of the first one is off by as much, where that can be seen at all."""
-    assert trust.most_of_a_remainder(before, left, place) == most
-
-
-@pytest.mark.parametrize(
-    ("chances", "alike", "none"),
-    [
-        ([0.41], [[]], True),
-        ([0.55], [[]], False),
-        ([0.42], [["flicker_noise"]], False),
-        ([0.2], [["specular_glare"]], True),
-        ([0.45, 0.3], [[], []], True),
-        ([0.45, 0.3], [[], ["row_noise"]], False),
-        ([0.85, 0.3], [[], []], False),
-    ],
-)
-def test_names_of_which_none_is_likely_explain_nothing(
-    chances: list[float], alike: list[list[str]], none: bool
-) -> None:
-    """Slow waves that were withheld left something of a gap and took the name of dust (0.41). A
-    drift of the black level that flicker noise resembles is one of both."""
-    choices = []
-    for names in alike:
-        best = choose([candidate("black_level_drift", 40.0)])
-        assert best is not None
-        beside = tuple(candidate(name, 38.0) for name in names)
-        choices.append(dataclasses.replace(best, alike=beside))
-    assert trust.likelier_none(choices, chances) == none
 
 
 def test_a_weak_suspect_is_not_named() -> None:
@@ -331,50 +245,3 @@ def test_a_report_is_strict_json() -> None:
     assert json.loads(text)["gap"]["before"] is None
     assert document["format"] == "camtruth-gap/1"
     assert document["next_capture"] is None
-
-
-@pytest.mark.parametrize(
-    ("effect", "most"),
-    [
-        (SpecularGlare(sigma_px=60.0), trust.MOST_AGAINST),
-        (SpecularGlare(sigma_px=50.0), 1.0),
-        (SpecularGlare(sigma_px=8.0), 1.0),
-        (SpecularGlare(sigma_px=7.0), trust.MOST_AGAINST),
-        (VeilingGlare(), 1.0),
-    ],
-)
-def test_a_patch_of_light_that_is_as_wide_as_the_picture_or_as_a_grain_is_no_patch(
-    effect: Effect, most: float
-) -> None:
-    """Of 120 rows 0.45 are 54 and 0.06 are 7.2."""
-    body = Body(height=120, width=160, pixels="rgb8", bits=8, cfa="RGGB", name="one")
-    assert trust.most_of_a_shape(effect, body) == most
-
-
-def test_noise_of_rows_that_leaves_something_may_be_another_one(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Each has its own spectrum: what is left of one speaks for the next, if that has a part of its
-    score. Where nothing is left, and of other effects, a name is believed."""
-    monkeypatch.setattr(trust, "against", lambda before, after: ())
-
-    def most(name: str, word: str, rival: str = "row_noise", score: float = 300.0) -> float:
-        best = candidate(name, 900.0)
-        found: Any = SimpleNamespace(
-            choices=(SimpleNamespace(best=best),),
-            candidates=(best, candidate(rival, score)),
-            measured=(None, None),
-        )
-        return trust.most_of_a_name(word, found)
-
-    assert most("flicker_noise", "partly explained") == trust.MOST_AGAINST < trust.LIKELIER
-    assert most("flicker_noise", "partly explained", score=200.0) == trust.MOST_IN_PART
-    assert most("flicker_noise", "partly explained", "interference") == trust.MOST_IN_PART
-    assert most("flicker_noise", "explained") == trust.MOST_CERTAIN
-    assert most("interference", "partly explained") == trust.MOST_IN_PART
-
-
-def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:
-    assert trust.no_surer([0.34, 0.75]) == [0.34, 0.34]
-    assert trust.no_surer([0.9, 0.75, 0.2]) == [0.9, 0.75, 0.2]
-    assert trust.no_surer([]) == []

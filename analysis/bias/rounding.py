@@ -81,3 +81,40 @@ def sample_sd_factor(samples: int) -> float:
     """c4: the mean of the SD of so many Gaussian samples, relative to the true one."""
     half = samples / 2
     return float(np.sqrt(2 / (samples - 1)) * np.exp(gammaln(half) - gammaln(half - 0.5)))
+
+
+TERMS = 64
+"""Of the series of a sawtooth; of noise that is a hundredth of a step the next ones have 4e-6 of a
+step squared, and less of more noise."""
+
+QUIETEST_DN, LOUDEST_DN = 1e-3, 100.0
+"""SDs between which noise is told from what rounding makes of it."""
+
+
+def on_average_dn2(variance_dn2: ArrayLike) -> Floats:
+    """Variance in time that noise has behind rounding, on average over levels anywhere between two
+    codes.
+
+    The mean of rounded noise is its level and a sawtooth that the noise has smoothed; the squares
+    of both noises add up to Sheppard's sum over all levels, and that of the sawtooth is no noise:
+
+        v = s^2 + 1/12 - sum_k exp(-(2 pi k s)^2) / (2 pi^2 k^2)
+
+    It is s / sqrt(pi) of little noise, as one of two codes is seen near a threshold, and
+    s^2 + 1/12 of much.
+
+    Args:
+        variance_dn2: s^2, of normal noise.
+    """
+    k = np.arange(1, TERMS + 1)
+    variance = np.asarray(variance_dn2, dtype=np.float64)[..., None]
+    sawtooth = np.exp(-np.square(2 * np.pi * k) * variance) / (2 * np.square(np.pi * k))
+    return np.asarray(variance[..., 0] + ROUNDING_DN2 - sawtooth.sum(axis=-1))
+
+
+def before_rounding_dn2(variance_dn2: ArrayLike) -> Floats:
+    """Variance of noise in front of rounding, by what it has behind it on average over levels: the
+    inverse of `on_average_dn2`, to a thousandth.
+    """
+    before = np.square(np.geomspace(QUIETEST_DN, LOUDEST_DN, 8192))
+    return np.interp(np.asarray(variance_dn2, dtype=np.float64), on_average_dn2(before), before)

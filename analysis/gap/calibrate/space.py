@@ -23,7 +23,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import light_noise
 from analysis.gap.camera.twin import Scenery
-from analysis.gap.look.families import EVERY_SHOT, IMAGE
+from analysis.gap.look.families import EVERY_SHOT, IMAGE, INTERPOLATION, NEIGHBOURS
 from analysis.gap.look.kinds import kinds
 from analysis.gap.look.observation import Key, Observation
 
@@ -167,6 +167,17 @@ OF_THE_PICTURE = ("codes", "texture", "grid of 8", "off bilinear", "variance, pa
 """Beginnings of the names of families and statistics that depend on the picture to its last detail:
 of lit shots whose light was read from the frames they tell nothing."""
 
+OF_NOISE = frozenset(
+    {"rows", "columns", "frames", NEIGHBOURS, "time", "tails", "spectrum", "pattern lines",
+     "pattern shape", "dark surface", INTERPOLATION}
+)  # fmt: skip
+"""Families that tell how noise is shared out among pixels and frames, not how much there is."""
+
+FEW_CHANGES = 100.0
+"""Variance in time of all samples of a group of frames together, in DN^2, below which so few of
+them change their code that chance shares them out: one pixel with another code in one frame of a
+dark makes every such figure, and in most twins there is none."""
+
 NOTHING = 1e4
 """Standard errors become so many times larger where a figure tells nothing."""
 
@@ -189,14 +200,32 @@ def figure_variances(twins: Observation, known: bool = True) -> Floats:
     for places in kinds(keys, twins.lit):
         pooled[places] = np.exp(np.mean(np.log(own[places])))
     variances = (freedom * own + PRIOR_FREEDOM * pooled) / (freedom + PRIOR_FREEDOM)
+    silent = _of_few_changes(twins)
     if not known:
-        silent = [
+        silent |= np.array([
             key.shot in twins.lit
             and (key.family.startswith(OF_THE_PICTURE) or key.statistic.startswith(OF_THE_PICTURE))
             for key in keys
-        ]
-        variances[silent] *= NOTHING**2
+        ])  # fmt: skip
+    variances[silent] *= NOTHING**2
     return np.asarray(variances)
+
+
+def _of_few_changes(twins: Observation) -> NDArray[np.bool_]:
+    """Which figures tell how noise is shared out where there is next to none, (figures,)."""
+    in_all = twins.noise * twins.samples * twins.means.shape[-1] * twins.frames
+    quiet = {
+        (shot, channel)
+        for shot, row in zip(twins.shots, in_all < FEW_CHANGES, strict=True)
+        for channel, few in [*zip(twins.channels, row, strict=True), ("all"[0], row.all())]
+        if few
+    }
+    return np.array([
+        key.family in OF_NOISE
+        and key.statistic not in ROOTS_OF_SHARES
+        and (key.shot, key.lattice[0]) in quiet
+        for key in twins.keys
+    ])  # fmt: skip
 
 
 CHANGING_DN2 = 1e-3

@@ -156,9 +156,18 @@ class Base:
         before = self._in_front_of(back, self.reference_dn if had.about_black else 0.0)
         return dataclasses.replace(before, white_balance=None, origin_dn=None)
 
+    @property
+    def gain_of_balance(self) -> Floats:
+        """By how much the white balance multiplies each channel: (channels,)."""
+        return self._gains_of(self.white_balance or WhiteBalance(red_gain=1.0, blue_gain=1.0))
+
+    def _gains_of(self, balance: WhiteBalance) -> Floats:
+        by_name = {"R": balance.red_gain, "B": balance.blue_gain}
+        return np.array([by_name.get(channel, 1.0) for channel in self.channels])
+
     def _in_front_of(self, gains: WhiteBalance, origin_dn: float) -> Base:
         """Figures that are those of this camera behind some gains."""
-        k = np.array([{"R": gains.red_gain, "B": gains.blue_gain}.get(c, 1) for c in self.channels])
+        k = self._gains_of(gains)
         return dataclasses.replace(
             self,
             gain_dn_per_e=self.gain_dn_per_e / k,

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
+from analysis.gap.ready.behind_steps import behind_steps
 from analysis.gap.ready.brimful import brimful
 from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.full_well import full_well_e
@@ -24,6 +25,7 @@ from analysis.gap.suspects.lobe import lobe_of
 from foundation.cores import in_order
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.blooming import Blooming
 from sensor.effects.color_matrix import ColorMatrix
@@ -71,6 +73,10 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
         told[DefocusError.name] = disc
     if curve := told.get(Gamma.name):
         told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
+    if steps := told.get(BitTruncation.name):
+        told[BitTruncation.name] = dataclasses.replace(
+            steps, base=behind_steps(setting, steps, base)
+        )
     found = in_order(lambda reading: reading(setting), READINGS.values())
     return told | {name: one for name, one in zip(READINGS, found, strict=True) if one}
 

@@ -149,7 +149,13 @@ class Ways:
         if effect.stage is Stage.PROCESSING and best is not self.as_found:
             base, effect = by_rule(base, best[1].base.arithmetic), best[1].effects[-1]
         for other in choices(effect):
-            yield self._counted_with(base, other), other
+            if not self._told_otherwise(other):
+                yield self._counted_with(base, other), other
+
+    def _told_otherwise(self, other: Effect) -> bool:
+        """Whether a choice is another one than frames tell to the last digit."""
+        exact = self.told.hints if self.told and self.told.exact else {}
+        return any(getattr(other, name) != value for name, value in exact.items())
 
     def once_more(self, best: Tried) -> Iterator[Way]:
         """From the best so far, with all channels alike."""

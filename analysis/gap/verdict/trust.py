@@ -21,6 +21,7 @@ from analysis.gap.verdict.verdict import (
 )
 from sensor.effect import Effect
 from sensor.effects.adc_dnl import AdcDnl
+from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.specular_glare import SpecularGlare
 
 DOUBT = 0.45
@@ -194,6 +195,8 @@ def most_of_a_name(word: str, found: Trail) -> float:
         return MOST_CERTAIN
     if not found.choices:
         return MOST_IN_PART
+    if found.choices[0].best.name == BitTruncation.name:
+        return MOST_IN_PART  # bits that have one value in every sample are lost, whatever else is
     doubted = _contested(found) or against(found.measured[0], found.measured[-1])
     return MOST_AGAINST if doubted else MOST_IN_PART
 
