@@ -135,9 +135,19 @@ class Ways:
             return
         hidden = self.effect.stage in (Stage.PROCESSING, Stage.TRANSPORT)
         led = best[1].misfit < LED * self.as_found[1].misfit
-        if hidden or (led and self.case.misfit > FAR):
-            for rule in self._rules(self._as_counted.arithmetic)[1:]:
-                yield dataclasses.replace(self.base, arithmetic=rule), self._likely
+        if not hidden and (not led or self.case.misfit <= FAR):
+            return
+        # steps of lost bits are the same by any rule, and so is all that is seen of them
+        first, *others = (
+            dataclasses.replace(self.base, arithmetic=rule)
+            for rule in self._rules(self._as_counted.arithmetic)
+        )
+        seen = {self._against(first, self._likely).chi2}
+        for base in others:
+            chi2 = self._against(base, self._likely).chi2
+            if chi2 not in seen:
+                yield base, self._likely
+            seen.add(chi2)
 
     def by_choosing(self, best: Tried) -> Iterator[Way]:
         """With each other choice of the suspect; one of processing, which hides how the camera
