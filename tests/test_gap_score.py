@@ -11,9 +11,11 @@ from scipy import stats
 
 from analysis.gap.measure.case import Case, candidate
 from analysis.gap.measure.signature import Signature
-from analysis.gap.suspects.attribute import too_much
+from analysis.gap.ready.hints import Told
+from analysis.gap.suspects.attribute import _untold, too_much
 from sensor.catalogue import catalogue
 from sensor.effects.row_noise import RowNoise
+from tests.candidates import candidate as candidate_of
 
 CAPTURES = 4000
 COORDINATES = 12
@@ -106,3 +108,21 @@ def test_one_step_may_be_many_timestoo_much(
     effect = catalogue()[name]()
     found: Any = SimpleNamespace(effect=effect, amount=amount)
     assert too_much(found) is out_of_the_question
+
+
+@pytest.mark.parametrize(
+    ("told", "left"),
+    [
+        ({}, {"adc_dnl", "bit_truncation", "dust_shadow"}),
+        ({"bit_truncation": True}, {"dust_shadow"}),
+        ({"bit_truncation": False}, {"adc_dnl", "bit_truncation", "dust_shadow"}),
+        ({"dust_shadow": True}, {"adc_dnl", "bit_truncation"}),
+    ],
+)
+def test_what_frames_tell_to_the_last_digit_is_not_fitted_better(
+    told: dict[str, bool], left: set[str]
+) -> None:
+    """Nor is a converter, where they tell that codes are lost."""
+    found = {n: candidate_of(n, 100.0) for n in ("adc_dnl", "bit_truncation", "dust_shadow")}
+    words = {name: Told(hints={}, exact=exact) for name, exact in told.items()}
+    assert {one.name for one in _untold(found, words)} == left

@@ -25,6 +25,7 @@ from analysis.gap.suspects.anew import MISFIT, OFF, SCATTERS, elsewhere
 from analysis.gap.suspects.settle import settled
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
+from sensor.effects.adc_dnl import AdcDnl
 from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.jpeg import Jpeg
 from sensor.effects.veiling_glare import VeilingGlare
@@ -111,3 +112,20 @@ def test_what_few_twins_make_less_of_is_not_settled() -> None:
     own = refined(suspect.base, case.fit_seen, suspect.scenery, (suspect.effect,))
     assert own.misfit < SCATTERS * min(suspect.misfit, case.misfit)
     assert elsewhere(case, suspect) is None
+
+
+def test_a_converter_is_found_of_another_kind_and_strength_than_it_seems() -> None:
+    """Codes begin where bits that weigh wrongly put them: the middle one is off by a standard
+    deviation of 0.08 sqrt(255) = 1.3 codes. Means of one body look like a flash converter's, whose
+    codes are each off by a twentieth. Eight bits are drawn, of which three matter: a strength that
+    few draws tell to sqrt(1 / 6) of itself, and 1.3 of it is three times that."""
+    true = AdcDnl(unit_mismatch=0.08)
+    case = against_the_camera_without(true)
+    seems = begun(case, AdcDnl(unit_mismatch=0.0, threshold_sigma_dn=0.05))
+    assert case.bare.misfit > 1.0 / SCATTERS
+    found = elsewhere(case, seems)
+    assert found is not None
+    assert isinstance(found.effect, AdcDnl)
+    assert found.effect.threshold_sigma_dn == 0.0
+    assert found.effect.unit_mismatch == pytest.approx(true.unit_mismatch, rel=1.3)
+    assert found.off < OFF

@@ -86,12 +86,27 @@ def attribute(
     unique |= {c.name: c for c in [*by_word, *by_search]}
     scattered: list[Candidate] = []
     if _unexplained(case) >= CLEAR and not any(map(_fits, unique.values())):
-        # what frames tell to the last digit is fitted no better
-        exact = {name for name, one in told.items() if one.exact}
-        scattered = _scattered(case, [c for c in unique.values() if c.name not in exact], watch)
+        scattered = _scattered(case, _untold(unique, told), watch)
     in_the_end = {c.name: c for c in [*by_word, *by_search, *scattered]}
     unique |= {c.name: c for c in judged(case, list(in_the_end.values()), _unexplained(case))}
     return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
+
+
+def _untold(found: Mapping[str, Candidate], told: Mapping[str, Told]) -> list[Candidate]:
+    """Suspects that may be fitted better than they are: not what frames tell to the last digit, nor
+    what else is wrong with codes where they tell that some are lost.
+
+    Args:
+        found: suspects by name.
+        told: those of which the frames tell parameters.
+    """
+    exact = {name for name, one in told.items() if one.exact}
+    lost = any(found[name].effect.stage is Stage.ADC for name in exact & found.keys())
+    return [
+        one
+        for name, one in found.items()
+        if name not in exact and not (lost and one.effect.stage is Stage.ADC)
+    ]
 
 
 def _fits(found: Candidate) -> bool:
