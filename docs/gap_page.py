@@ -37,6 +37,9 @@ HERE = Path(__file__).parent
 RESULTS = HERE / "results" / "gap"
 USUAL_SIZE = Place(out=Path()).size
 
+A_TABLE = 50
+"""Cases from which a run has a table of its own; shorter ones count with all others."""
+
 FIGURES = {
     "ASTRAY": f"{ASTRAY:g}",
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
@@ -74,13 +77,14 @@ def write_gap_page() -> None:
 
 def gap_page(runs: Sequence[dict[str, Any]]) -> str:
     """The page with these runs of the bench: the table of the newest of the usual size that has
-    cases of several kinds, that of all of it together, then those of captures of other sizes.
+    many cases of several kinds, that of all of it together, then those of captures of other sizes.
     """
     text = (HERE / "gap_text.md").read_text(encoding="utf-8")
     runs = sorted(runs, key=lambda run: (run["date"], run["seed"]))
     usual = [run for run in runs if run["size"] == USUAL_SIZE]
     of_all = [run for run in usual if len({row["kind"] for row in run["rows"]}) > 1]
-    newest = next(reversed(of_all or usual), None)
+    long = [run for run in of_all if len(run["rows"]) >= A_TABLE]
+    newest = next(reversed(long or of_all or usual), None)
     others = (run for run in runs if run["size"] != USUAL_SIZE)
     more = [f"\n### Captures of {size(other)}\n\n{measured(other)}" for other in others]
     parts = FIGURES | {

@@ -12,9 +12,13 @@ from typing import Any
 import pytest
 
 from analysis.gap.calibrate import counting
-from analysis.gap.calibrate.counting import UNEVEN, in_finer_codes
+from analysis.gap.calibrate.counting import UNEVEN, in_finer_codes, without_gains
+from analysis.gap.look.arithmetic import FINER
+from sensor.effects.white_balance import WhiteBalance
 
 NOTHING: Any = None
+
+GAINS = WhiteBalance(red_gain=1.0, blue_gain=0.9635)
 
 
 def model(arithmetic: int, *, uneven: float, deviance: float) -> Any:
@@ -50,3 +54,27 @@ def test_even_codes_are_left_alone() -> None:
     found = model(0, uneven=0.0, deviance=1000.0)
     found.space, found.gap = SimpleNamespace(keys=()), ()
     assert in_finer_codes(found, NOTHING, NOTHING) is found
+
+
+@pytest.mark.parametrize(
+    ("gains", "arithmetic", "plain", "kept"),
+    [
+        (GAINS, 0, 900.0, False),  # waves made the comb
+        (GAINS, 0, 1100.0, True),
+        (GAINS, FINER[0], 900.0, True),  # pixels told it
+        (None, 0, 900.0, True),  # there are none
+    ],
+)
+def test_gains_of_whole_codes_are_there_if_twins_have_the_comb(
+    monkeypatch: pytest.MonkeyPatch,
+    gains: WhiteBalance | None,
+    arithmetic: int,
+    plain: float,
+    kept: bool,
+) -> None:
+    other = model(arithmetic, uneven=0.0, deviance=plain)
+    found = model(arithmetic, uneven=0.0, deviance=1000.0)
+    found.base.white_balance, found.base.plain = gains, lambda: other.base
+    for step in ("refined", "refine"):
+        monkeypatch.setattr(counting, step, lambda *_: other)
+    assert (without_gains(found, NOTHING, NOTHING) is found) is kept

@@ -15,6 +15,7 @@ from analysis.gap.calibrate.counting import (
     counted,
     in_finer_codes,
     with_likelier_gains,
+    without_gains,
 )
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
@@ -66,6 +67,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
     best = with_likelier_gains(best, fit_half, scenery, counting.gains)
+    best = without_gains(best, fit_half, scenery)
     # codes alone leave open whether means of what is multiplied afterwards are whole
     open_yet = counting.gains and counting.arithmetic in (OF_WHOLE_SAMPLES, *FINER)
     other = counted(best, fit_half, scenery, enough=0.0 if open_yet else FAR)

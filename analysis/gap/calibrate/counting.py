@@ -95,6 +95,21 @@ def with_likelier_gains(
     return found if best is alike[0] else refine(best.base, seen, scenery, found.effects)
 
 
+def without_gains(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
+    """The camera without the gains that combs of its whole codes seem to tell, where its twins fit
+    better: waves over the picture make a comb as well. Combs of finer codes are told by pixels.
+
+    Args:
+        found: a calibrated camera.
+        seen: the frames that fit.
+        scenery: their light and shots.
+    """
+    if found.base.white_balance is None or found.base.arithmetic in FINER:
+        return found
+    plain = refined(found.base.plain(), seen, scenery, found.effects)
+    return found if plain.chi2 > found.chi2 else refine(plain.base, seen, scenery, found.effects)
+
+
 def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
     """The camera with a converter of more bits than leave it, where that is why codes are uneven
     and it is likelier by all figures. Those of a histogram go together: one dark whose few codes
