@@ -143,15 +143,16 @@ def test_lost_bits_are_seen_whatever_else_is_wrong(monkeypatch: pytest.MonkeyPat
     """Other names are likelier not than so where something speaks against them beyond doubt."""
     monkeypatch.setattr(trust, "against", lambda before, after: ("codes",))
 
-    def most(name: str) -> float:
-        best = candidate(name, 900.0)
+    def most(name: str, told: dict[str, float] | None) -> float:
+        best = dataclasses.replace(candidate(name, 900.0), told=told)
         found: Any = SimpleNamespace(
             choices=(SimpleNamespace(best=best),), candidates=(best,), measured=(None, None)
         )
         return trust.most_of_a_name("partly explained", found)
 
-    assert most("bit_truncation") == trust.MOST_IN_PART
-    assert most("white_balance") == trust.MOST_AGAINST
+    assert most("bit_truncation", {}) == trust.MOST_IN_PART
+    assert most("bit_truncation", None) == trust.MOST_AGAINST  # only fitted
+    assert most("white_balance", {}) == trust.MOST_AGAINST
 
 
 def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:

@@ -84,10 +84,10 @@ def sample_sd_factor(samples: int) -> float:
 
 
 TERMS = 64
-"""Of the series of a sawtooth; of noise that is a hundredth of a step the next ones have 4e-6 of a
+"""Of the series of a sawtooth; of noise that is a hundredth of a step the next ones have 2e-12 of a
 step squared, and less of more noise."""
 
-QUIETEST_DN, LOUDEST_DN = 1e-3, 100.0
+QUIETEST_DN, LOUDEST_DN = 1e-2, 100.0
 """SDs between which noise is told from what rounding makes of it."""
 
 

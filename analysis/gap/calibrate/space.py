@@ -171,7 +171,8 @@ OF_NOISE = frozenset(
     {"rows", "columns", "frames", NEIGHBOURS, "time", "tails", "spectrum", "pattern lines",
      "pattern shape", "dark surface", INTERPOLATION}
 )  # fmt: skip
-"""Families that tell how noise is shared out among pixels and frames, not how much there is."""
+"""Families that tell how noise is shared out among pixels, places and frames, not how much there
+is."""
 
 FEW_CHANGES = 100.0
 """Variance in time of all samples of a group of frames together, in DN^2, below which so few of
@@ -214,18 +215,17 @@ def figure_variances(twins: Observation, known: bool = True) -> Floats:
 def _of_few_changes(twins: Observation) -> NDArray[np.bool_]:
     """Which figures tell how noise is shared out where there is next to none, (figures,)."""
     in_all = twins.noise * twins.samples * twins.means.shape[-1] * twins.frames
-    quiet = {
-        (shot, channel)
-        for shot, row in zip(twins.shots, in_all < FEW_CHANGES, strict=True)
-        for channel, few in [*zip(twins.channels, row, strict=True), ("all"[0], row.all())]
-        if few
-    }
-    return np.array([
-        key.family in OF_NOISE
-        and key.statistic not in ROOTS_OF_SHARES
-        and (key.shot, key.lattice[0]) in quiet
-        for key in twins.keys
-    ])  # fmt: skip
+    few = dict(zip(twins.shots, in_all < FEW_CHANGES, strict=True))
+    places = {channel: place for place, channel in enumerate(twins.channels)}
+
+    def tells_nothing(key: Key) -> bool:
+        told = key.family in OF_NOISE and key.statistic not in ROOTS_OF_SHARES
+        if not told or key.shot not in few:
+            return False
+        place = places.get(key.lattice[0])  # None: of all channels together
+        return bool(few[key.shot].all() if place is None else few[key.shot][place])
+
+    return np.array([tells_nothing(key) for key in twins.keys])
 
 
 CHANGING_DN2 = 1e-3

@@ -195,7 +195,8 @@ def most_of_a_name(word: str, found: Trail) -> float:
         return MOST_CERTAIN
     if not found.choices:
         return MOST_IN_PART
-    if found.choices[0].best.name == BitTruncation.name:
+    best = found.choices[0].best
+    if best.name == BitTruncation.name and best.told is not None:
         return MOST_IN_PART  # bits that have one value in every sample are lost, whatever else is
     doubted = _contested(found) or against(found.measured[0], found.measured[-1])
     return MOST_AGAINST if doubted else MOST_IN_PART
