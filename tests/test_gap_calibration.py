@@ -21,7 +21,13 @@ from analysis.gap.calibrate.darks import (
     behind_rounding,
     black_by_light,
 )
-from analysis.gap.calibrate.space import FEW_CHANGES, NOTHING, Space, figure_variances, never_moved
+from analysis.gap.calibrate.figure_errors import (
+    FEW_CHANGES,
+    NOTHING,
+    figure_variances,
+    never_moved,
+)
+from analysis.gap.calibrate.space import Space
 from analysis.gap.calibrate.wide import beyond, widened
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.families import EVERY_SHOT

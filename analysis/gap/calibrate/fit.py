@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.body_share import body_share
 from analysis.gap.calibrate.calibration import Calibration, calibration
+from analysis.gap.calibrate.figure_errors import figure_variances, never_moved
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
 from analysis.gap.calibrate.relit import Lighting, lighting
-from analysis.gap.calibrate.space import Space, figure_variances, never_moved, space_of
+from analysis.gap.calibrate.space import Space, space_of
 from analysis.gap.calibrate.wide import Beyond, beyond, fair, widened
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery, begun_twin

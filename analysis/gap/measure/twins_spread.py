@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.gap.calibrate.body_share import share_of_amounts
+from analysis.gap.calibrate.figure_errors import PRIOR_FREEDOM
 from analysis.gap.calibrate.fit import Fit, by_the_others
-from analysis.gap.calibrate.space import PRIOR_FREEDOM
 from analysis.gap.calibrate.wide import fair
 from analysis.gap.look.observation import Key
 

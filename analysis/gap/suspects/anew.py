@@ -47,7 +47,7 @@ its strength are not mended: half the strength of a filter leaves a fourth. What
 
 STRONGER = (1.0, 2.0)
 """Times the strength that a converter's errors seem to have by means, or a search for them begins
-with. At 0.03 of a unit element 0.0415 left 0.54 of the misfit without it, and at 0.06 0.43."""
+with. Errors of 0.0415 of a unit element left 0.54 of the misfit at 0.03, and 0.43 at 0.06."""
 
 LED_NOWHERE = 0.9
 """Part of the misfit without a suspect that a pursuit of it must not leave."""
