@@ -21,6 +21,7 @@ from analysis.gap_bench.count import Line, lines
 from analysis.gap_bench.draw import (
     ARITHMETICS,
     IN_SIXTEENTHS,
+    begun,
     camera_of,
     capture_of,
     effects_of,
@@ -54,10 +55,12 @@ from docs.gap_page import gap_page
 from foundation.errors import InputError
 from render.rate import RateHeader, RateImage, write_rate
 from sensor.catalogue import catalogue
+from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.demosaic import Demosaic
 from sensor.effects.jpeg import Jpeg
 from sensor.effects.row_noise import RowNoise
+from sensor.effects.temporal_filter import TemporalFilter
 from sensor.effects.white_balance import WhiteBalance
 
 WIDTH, HEIGHT = 64, 48
@@ -241,12 +244,23 @@ def test_strength_follows_the_detection_limit_and_its_range() -> None:
     case = Case(kind="effect", effects=("row_noise",), severity=8.0)
     assert "cannot be" in str(effects_of(case, {"row_noise": weak}))
     assert "not seen" in str(effects_of(case, {"row_noise": limit("row_noise", z=1.0)}))
-    in_steps = [
-        Case(kind="effect", effects=("bit_truncation",), severity=severity)
-        for severity in (1.0, 2.0, 4.0, 8.0)
-    ]
-    drawn = [not isinstance(effects_of(one, known), str) for one in in_steps]
-    assert drawn == [False, True, False, False]
+    whole = Case(kind="effect", effects=("bit_truncation",), severity=1.0)
+    assert effects_of(whole, known) == (BitTruncation(bits=2.0),)
+
+
+def test_what_comes_in_steps_is_drawn_with_all_its_choices() -> None:
+    """Of 60 draws of v choices each misses one with a chance of v (1 - 1/v)^60: 6e-6 for 5."""
+    algorithms, bits, rows_of_colour = set(), set(), set()
+    for seed in range(60):
+        names = ("bit_truncation", "chroma_subsampling", "demosaic_other", "row_noise")
+        lost, colour, filled, noise = begun(Case(kind="effect", effects=names, seed=seed))
+        algorithms.add(filled.values()["algorithm"])
+        bits.add(lost.values()["bits"])
+        rows_of_colour.add(colour.values()["rows"])
+        assert noise == RowNoise()
+    assert algorithms == {1.0, 2.0, 3.0, 4.0, 5.0}
+    assert bits == {1.0, 2.0, 3.0}
+    assert rows_of_colour == {1.0, 2.0}
 
 
 @pytest.mark.parametrize("power", [1.0, 2.0])
@@ -256,7 +270,7 @@ def test_a_limit_is_where_five_standard_errors_are(power: float, per_e: float) -
         z = (per_e * effect.sigma_e) ** power
         return z**2, 2 * z**2
 
-    found = limit_of(RowNoise, seen)
+    found = limit_of(RowNoise(), seen)
     assert found.z == pytest.approx(STANDARD_ERRORS, rel=0.06)
     assert found.absorbed == pytest.approx(0.5)
     assert effect_of(found, RowNoise).sigma_e == pytest.approx(  # type: ignore[attr-defined]
@@ -265,8 +279,8 @@ def test_a_limit_is_where_five_standard_errors_are(power: float, per_e: float) -
 
 
 def test_a_limit_beyond_the_range_and_one_that_comes_in_steps_say_so() -> None:
-    assert not limit_of(RowNoise, lambda effect: (1e-6 * effect.sigma_e, 1.0)).reached
-    assert limit_of(BitTruncation, lambda effect: (900.0, 900.0)).steps
+    assert not limit_of(RowNoise(), lambda effect: (1e-6 * effect.sigma_e, 1.0)).reached
+    assert limit_of(BitTruncation(), lambda effect: (900.0, 900.0)).steps
 
 
 def test_products_of_different_draws_have_no_noise_of_their_own() -> None:
@@ -436,7 +450,7 @@ def test_a_camera_that_counts_in_whole_numbers_sees_less_of_a_filter_in_time(pla
     weakest = {}
     for arithmetic in (0.0, 2.0):
         camera = random_camera(5, HEIGHT, WIDTH).plus(Demosaic(arithmetic=arithmetic))
-        (found,) = limits_of(images, 16, camera, ["temporal_filter"]).values()
+        (found,) = limits_of(images, 16, camera, [TemporalFilter()]).values()
         assert isinstance(found.parameters["carried"]["value"], float)
         weakest[arithmetic] = found.parameters["carried"]["value"]
     assert weakest[2.0] > 3 * weakest[0.0]
@@ -449,7 +463,9 @@ def test_light_everywhere_is_what_calibration_means(place: Place) -> None:
     straight directions at the camera without it a strong one has a rest, in the codes above all;
     once the camera is turned and looked at again there is next to none."""
     images = light(place)
-    (found,) = limits_of(images, 16, random_camera(5, HEIGHT, WIDTH), ["ambient_light"]).values()
+    (found,) = limits_of(
+        images, 16, random_camera(5, HEIGHT, WIDTH), [default_of(AmbientLight)]
+    ).values()
     assert found.absorbed > 0.995
 
 
@@ -481,7 +497,7 @@ def test_what_begins_at_a_threshold_is_found_there_and_counts_as_strong(z: float
         chi2 = z**2 if effect.sigma_e > 7.0 else 0.0
         return chi2, chi2
 
-    found = limit_of(RowNoise, seen)
+    found = limit_of(RowNoise(), seen)
     assert effect_of(found, RowNoise).sigma_e == pytest.approx(7.0, rel=0.1)  # type: ignore[attr-defined]
     assert found.z == pytest.approx(z)
     case = Case(kind="effect", effects=("row_noise",), severity=2.0)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.look.arithmetic import OF_SIXTEENTHS, OF_SIXTEENTHS_UP
-from analysis.gap.measure.signature import scaled
+from analysis.gap.measure.signature import comes_in_steps, scaled
 from analysis.gap_bench.cases import Case
-from analysis.identifiability.limits import Limit, effect_of
+from analysis.identifiability.limits import Limit, default_of, effect_of
 from render.rate import RateImage
 from sensor import protocol
 from sensor.camera import Camera
@@ -189,6 +189,31 @@ def paper(frames: int) -> Protocol:
     )
 
 
+USUAL = {"bits": (1.0, 3.0), "quality": (70.0, 98.0)}
+"""Whole numbers of which an effect's range has more than anybody uses; others are all drawn."""
+
+
+def begun(case: Case) -> list[Effect]:
+    """The effects of a case before their strength is looked for; what comes in steps is drawn as
+    it will be, every choice evenly.
+    """
+    draw = np.random.default_rng((case.number, 3))
+    return [_drawn(default_of(effect(name)), draw) for name in case.effects]
+
+
+def _drawn(plain: Effect, draw: np.random.Generator) -> Effect:
+    if not comes_in_steps(plain):
+        return plain
+    chosen: dict[str, float] = {}
+    for p in plain.parameters():
+        if p.whole:
+            low, high = USUAL.get(p.name, (p.minimum, p.maximum))
+            chosen[p.name] = float(
+                draw.choice([v for v in np.arange(low, high + 1) if v != p.identity])
+            )
+    return dataclasses.replace(plain, **chosen)
+
+
 def effects_of(case: Case, limits: Mapping[str, Limit]) -> tuple[Effect, ...] | str:
     """The effects of a case at their strength, or why there is no such case."""
     made = []
@@ -196,8 +221,6 @@ def effects_of(case: Case, limits: Mapping[str, Limit]) -> tuple[Effect, ...] | 
         limit = limits[name]
         least = effect_of(limit, effect(name))
         if limit.steps:
-            if case.kind != "pair" and case.severity != OF_STEPS:
-                return f"{name} comes in steps: its strength is its own"
             made.append(least)
             continue
         if not limit.reached:
@@ -207,10 +230,6 @@ def effects_of(case: Case, limits: Mapping[str, Limit]) -> tuple[Effect, ...] | 
             return f"{name} cannot be {case.strength:.2g} detection limits strong"
         made.append(strong)
     return tuple(made)
-
-
-OF_STEPS = 2.0
-"""Cases in which an effect without a scale takes part once; its own strength counts, not theirs."""
 
 
 def at_strength(least: Effect, strong: Effect, severity: float) -> bool:

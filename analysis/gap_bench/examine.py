@@ -19,7 +19,7 @@ from analysis.gap.look.repeats import repeats
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import look
 from analysis.gap_bench.cases import Case
-from analysis.gap_bench.draw import camera_of, capture_of, effects_of
+from analysis.gap_bench.draw import begun, camera_of, capture_of, effects_of
 from analysis.gap_bench.severity import severity_of
 from analysis.identifiability.known import base_of
 from analysis.identifiability.limits import Limit
@@ -52,7 +52,7 @@ class Bench:
     """
 
     light: Mapping[str, RateImage]
-    limits: Callable[[Camera, Sequence[str]], Mapping[str, Limit]]
+    limits: Callable[[Camera, Sequence[Effect]], Mapping[str, Limit]]
     frames: int
     unfitted: bool = True
     diagnosis: Diagnose = diagnose
@@ -66,7 +66,7 @@ def examine(bench: Bench, case: Case) -> dict[str, Any]:
         "severity": case.severity,
     }
     camera = camera_of(case, bench.light)
-    own = bench.limits(camera, case.effects)
+    own = bench.limits(camera, begun(case))
     effects = effects_of(case, own)
     if isinstance(effects, str):
         return row | {"skipped": effects}

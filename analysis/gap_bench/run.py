@@ -28,7 +28,7 @@ from analysis.gap_bench.draw import middle
 from analysis.gap_bench.examine import Bench, Diagnose, examine
 from analysis.gap_bench.severity import fit_of, limits_of
 from analysis.identifiability.known import small_light
-from analysis.identifiability.limits import Limit, limits
+from analysis.identifiability.limits import Limit, default_of, limits
 from foundation.documents import parse_json
 from foundation.errors import InputError
 from foundation.jobs import run
@@ -108,7 +108,7 @@ def known_limits(place: Place, images: Mapping[str, RateImage], say: Say) -> dic
         known, groups = fit_of(middle(place.height, place.width), images, place.frames)
         for name in missing:
             say(f"detection limit of {name}")
-            found |= limits(known, groups, [effect(name)])
+            found |= limits(known, groups, [default_of(effect(name))])
             write_limits(place, found)
     return {name: found[name] for name in suspects()}
 

@@ -18,7 +18,7 @@ from analysis.identifiability.known import base_of, scenery_of
 from analysis.identifiability.limits import STANDARD_ERRORS, Limit, limits
 from render.rate import RateImage
 from sensor.camera import Camera
-from sensor.catalogue import effect
+from sensor.effect import Effect
 from sensor.record import record
 
 
@@ -41,13 +41,13 @@ def fit_of(camera: Camera, light: Mapping[str, RateImage], frames: int) -> tuple
 
 
 def limits_of(
-    light: Mapping[str, RateImage], frames: int, camera: Camera, names: Sequence[str]
+    light: Mapping[str, RateImage], frames: int, camera: Camera, effects: Sequence[Effect]
 ) -> dict[str, Limit]:
     """Detection limits of some effects in what one camera takes."""
-    if not names:
+    if not effects:
         return {}
     known, groups = fit_of(camera, light, frames)
-    return limits(known, groups, [effect(name) for name in names])
+    return limits(known, groups, effects)
 
 
 THRESHOLD = 1.3
@@ -58,8 +58,8 @@ as it is seen at all."""
 def severity_of(case: Case, limit: Limit) -> float:
     """Strength of the one effect of a case in detection limits.
 
-    That of an effect that comes in steps, or begins at a threshold, is as far above the limit as
-    its weakest form stands.
+    That of an effect that comes in steps is as far above the limit as this form of it stands, that
+    of one that begins at a threshold as far as its weakest form.
     """
     part = limit.z / STANDARD_ERRORS
     if limit.steps:

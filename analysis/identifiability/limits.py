@@ -30,7 +30,13 @@ from analysis.gap.calibrate.turning import turn
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import NOTHING
 from analysis.gap.measure.case import variance_along
-from analysis.gap.measure.signature import scaled, signature, starts, strengths
+from analysis.gap.measure.signature import (
+    comes_in_steps,
+    scaled,
+    signature,
+    starts,
+    strengths,
+)
 from analysis.gap.measure.twins_spread import Spread, spread_of
 from sensor.effect import Effect
 
@@ -96,19 +102,26 @@ class Limit:
 def limits(
     known: Fit,
     groups: int,
-    kinds: Iterable[type[Effect]],
+    effects: Iterable[Effect],
     watch: Callable[[str], None] = lambda name: None,
 ) -> dict[str, Limit]:
-    """Detection limits by name of effect, in captures of so many groups of frames."""
+    """Detection limits by name of effect, in captures of so many groups of frames.
+
+    Args:
+        known: the camera without them.
+        groups: of frames.
+        effects: of any strength; those that come in steps are judged as they are.
+        watch: told whose turn it is.
+    """
     turned = calibration(known.space(groups), known.ways)
     spread = spread_of(known, groups)
     alone = twins(known.scenery, known.base, LIMIT_SEEDS, known.effects)
     others = {seed: known.textured(one) for seed, one in alone.items()}
     known = dataclasses.replace(known, references=others)
     found = {}
-    for kind in kinds:
-        watch(kind.name)
-        found[kind.name] = limit_of(kind, lambda effect: shown(effect, known, turned, spread))
+    for effect in effects:
+        watch(effect.name)
+        found[effect.name] = limit_of(effect, lambda one: shown(one, known, turned, spread))
     return found
 
 
@@ -177,15 +190,14 @@ def error_between(rows: Floats) -> float:
 Shown = Callable[[Effect], tuple[float, float]]
 
 
-def limit_of(kind: type[Effect], seen: Shown) -> Limit:
+def limit_of(effect: Effect, seen: Shown) -> Limit:
     """The strength at which an effect is seen at five standard errors.
 
     Args:
-        kind: the effect.
+        effect: of the strength at which the search begins.
         seen: chi-squared of an effect after calibration, and before.
     """
-    effect = default_of(kind)
-    if scaled(effect, 0.5) == effect:
+    if comes_in_steps(effect):
         return _limit(effect, *seen(effect), steps=True)
     factor, power = 1.0, 1.0
     best: tuple[float, Effect, tuple[float, float]] | None = None

@@ -278,6 +278,11 @@ def scaled(effect: Effect, factor: float) -> Effect:
     return dataclasses.replace(effect, **values)
 
 
+def comes_in_steps(effect: Effect) -> bool:
+    """Whether the strength of an effect is a choice that cannot be scaled."""
+    return scaled(effect, 0.5) == effect
+
+
 def response_of(tried: Sequence[tuple[float, float]], before: float) -> float:
     """Power of the strength with which a signature grows, from the last two tries."""
     (f1, a1), (f2, a2) = tried[-2:]

@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
-from analysis.gap.measure.signature import Evidence, Signature, hold, scaled
+from analysis.gap.measure.signature import Evidence, Signature, comes_in_steps, hold
 from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
@@ -129,7 +129,7 @@ def _scattered(
     """
     made = []
     for one in found:
-        drawn = one.effect.stage in BY_BODY and not _comes_in_steps(one.effect)
+        drawn = one.effect.stage in BY_BODY and not comes_in_steps(one.effect)
         if drawn and one.score > WORTH_A_LOOK and one.model is None:
             watch(one.name)
             made.append(elsewhere(case, one))
@@ -267,11 +267,7 @@ def too_much(found: Evidence) -> bool:
         found: the suspect as it is held against a capture.
     """
     a_scale = any(p.whole and p.maximum - p.minimum >= LONG for p in found.effect.parameters())
-    return _comes_in_steps(found.effect) and not a_scale and found.amount < LEAST_OF_A_STEP
-
-
-def _comes_in_steps(effect: Effect) -> bool:
-    return scaled(effect, 0.5) == effect
+    return comes_in_steps(found.effect) and not a_scale and found.amount < LEAST_OF_A_STEP
 
 
 def followed(case: Case, found: Adapted) -> Candidate:
@@ -285,7 +281,7 @@ def followed(case: Case, found: Adapted) -> Candidate:
         found: the suspect.
     """
     pursued = pursue(case, found.nearest)
-    if _comes_in_steps(found.effect):
+    if comes_in_steps(found.effect):
         return pursued
     return min(pursued, _as_adapted(case, found), key=lambda one: one.misfit)
 
