@@ -14,7 +14,7 @@ from analysis.gap.look.observation import Key
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
-from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt
+from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt, too_wide
 from analysis.gap.verdict.confirm import _far_nearer, _rivals
 from analysis.gap.verdict.later import deserves, earned, instead_of_it, leads
 from analysis.gap.verdict.step import nearer
@@ -328,3 +328,13 @@ def test_a_rival_that_leaves_nothing_beyond_doubt_takes_the_place_of_one_that_do
 
     assert _far_nearer(left(total, chance), left(0.045, 1e-40)) is instead
     assert not _far_nearer(left(total, chance), left(0.045, 1e-3))
+
+
+@pytest.mark.parametrize(
+    ("total", "error", "wide"), [(-0.4, 0.05, True), (-0.2, 0.05, False), (-0.4, 0.5, False)]
+)
+def test_a_model_is_too_wide_where_its_own_bodies_would_show_more(
+    total: float, error: float, wide: bool
+) -> None:
+    left: Any = SimpleNamespace(held=SimpleNamespace(total=total), held_error=error)
+    assert too_wide(left) is wide

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.verdict.follow import _chosen_again, _in_vain
+from analysis.gap.verdict.follow import DIFFER, _chosen_again, _done, _in_vain
 from analysis.gap.verdict.verdict import Choice
 from tests.candidates import candidate
 
@@ -154,3 +154,16 @@ def test_no_third_effect_is_looked_for_where_two_leave_too_much_to_be_named(
     ] * effects
     base: Any = SimpleNamespace(held=SimpleNamespace(total=30.0), floor=0.0)
     assert _in_vain(steps, base) is vain, what
+
+
+def test_nothing_stands_out_where_bodies_differ_by_a_few_photosites() -> None:
+    """A model that fits, with bodies so different, is the last: no suspect is even asked."""
+    one: Any = step(candidate(FIRST, 100.0), left=-0.1, ends=True)
+    one.left.held_error = 1.1 * DIFFER
+    base: Any = SimpleNamespace()
+    asked: Any = None  # what is asked of nobody fails
+    assert _done([one], base, asked)
+    one.left.held_error = 0.9 * DIFFER
+    one.left.case = SimpleNamespace()
+    with pytest.raises(TypeError, match="not iterable"):
+        _done([one], base, asked)

@@ -88,6 +88,14 @@ def test_dust_is_as_much_as_bodies_differ() -> None:
     assert power(found) == pytest.approx(power(DUST), rel=0.6)
 
 
+def test_what_is_told_to_the_last_digit_stays_as_it_is_told() -> None:
+    """The camera is turned, the dust is not."""
+    case = dusty()
+    model, off = settled(case, case.known.base, DUST, tuned=False)
+    assert model.effects == (DUST,)
+    assert off <= OFF
+
+
 def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
     """By the errors of a camera without dust as little of it as this explains next to nothing; by
     its own most is gone. A veil is the same in every body."""

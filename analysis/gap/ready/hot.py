@@ -13,7 +13,9 @@ A fit by twins cannot do as well: theirs are others, in other places, and a few 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -35,6 +37,9 @@ ALIKE = 2.0
 one of all frames: a leak is as large in every frame, and flashes are not.
 """
 
+MEDIAN_OF = 5
+"""Samples across and down whose median is what surrounds one."""
+
 LEAST_NUMBER = 4
 """Leaking samples that tell how many and how much: each to a half or better. Of 80 nulls of the
 bench (seed 30) one has as many, 7, by its uneven dark current."""
@@ -46,10 +51,9 @@ def hot(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
-    darks = [s for s in setting.key_frames if s.shot.dark and s.shot.exposure_s > 0]
-    if not darks:
+    longest = longest_dark(setting)
+    if longest is None:
         return None
-    longest = max(darks, key=lambda stack: stack.shot.exposure_s)
     gain = gains_of(setting)
     found = leaking(longest, setting.scenery.view.lattices, gain)
     if found is None:
@@ -60,6 +64,52 @@ def hot(setting: Setting) -> Told | None:
     hints = {"density": density, "rate_e_per_s": rate}
     errors = {name: value / float(np.sqrt(number)) for name, value in hints.items()}
     return Told(hints=hints, errors=errors)
+
+
+def longest_dark(setting: Setting) -> Frames | None:
+    """The dark shot of the longest exposure; None without any that gathers charge."""
+    darks = [s for s in setting.key_frames if s.shot.dark and s.shot.exposure_s > 0]
+    return max(darks, key=lambda stack: stack.shot.exposure_s, default=None)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Leaks:
+    """Samples of one lattice that leak.
+
+    Attributes:
+        where: which of them do, (h, w).
+        excess_dn: of each, above its surroundings.
+        threshold_dn: from which one counts.
+        clipped: how many are at the largest code.
+    """
+
+    where: NDArray[np.bool_]
+    excess_dn: NDArray[np.float32]
+    threshold_dn: float
+    clipped: int
+
+
+def leaks_of(stack: Frames, lattice: Lattice) -> Leaks:
+    """Samples that stand out of a dark shot by as much in every frame.
+
+    Args:
+        stack: frames of the shot.
+        lattice: where samples are measured.
+    """
+    values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
+    halves = [values[::2].mean(axis=0), values[1::2].mean(axis=0)]
+    one, other = map(_above_surroundings, halves)
+    middle = _above_surroundings(np.median(values, axis=0))
+    spread = 1.4826 * float(np.median(np.abs(one)))
+    threshold = STANDS_OUT * max(spread, float(np.sqrt(ROUNDING_DN2 / len(values[::2]))))
+    least, most = (np.stack([one, other, middle]).min(axis=0), np.maximum(one, other))
+    above = (least > threshold) & (most < ALIKE * least)
+    return Leaks(
+        where=above,
+        excess_dn=(one + other)[above] / 2,
+        threshold_dn=threshold,
+        clipped=int((values[:, above].max(axis=0) >= stack.top_dn).sum()),
+    )
 
 
 def leaking(
@@ -73,30 +123,35 @@ def leaking(
         lattices: where its measured samples are.
         gain_dn_per_e: by channel.
     """
-    beyond, thresholds, sizes = [], [], []
-    clipped = 0
-    for lattice in lattices:
-        values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
-        halves = [values[::2].mean(axis=0), values[1::2].mean(axis=0)]
-        one, other = map(_above_surroundings, halves)
-        middle = _above_surroundings(np.median(values, axis=0))
-        spread = 1.4826 * float(np.median(np.abs(one)))
-        threshold = STANDS_OUT * max(spread, float(np.sqrt(ROUNDING_DN2 / len(values[::2]))))
-        gain = gain_dn_per_e[lattice.channel]
-        least, most = (np.stack([one, other, middle]).min(axis=0), np.maximum(one, other))
-        above = (least > threshold) & (most < ALIKE * least)
-        beyond.append(((one + other)[above] / 2 - threshold) / gain)
-        clipped += int((values[:, above].max(axis=0) >= stack.top_dn).sum())
-        thresholds.append(threshold / gain)
-        sizes.append(one.size)
-    excess = np.concatenate(beyond)
-    if len(excess) - clipped < LEAST_NUMBER:
+    found = [(leaks_of(stack, one), gain_dn_per_e[one.channel]) for one in lattices]
+    excess = np.concatenate([(one.excess_dn - one.threshold_dn) / gain for one, gain in found])
+    number = len(excess) - sum(one.clipped for one, _ in found)
+    if number < LEAST_NUMBER:
         return None
-    mean = float(excess.sum()) / (len(excess) - clipped)
-    counted = np.array(sizes) @ np.exp(-np.array(thresholds) / mean)
-    return float(len(excess) / counted), float(mean), len(excess) - clipped
+    mean = float(excess.sum()) / number
+    counted = sum(
+        one.where.size * float(np.exp(-one.threshold_dn / gain / mean)) for one, gain in found
+    )
+    return float(len(excess) / counted), mean, number
 
 
 def _above_surroundings(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """An image less the median of five by five samples around each."""
-    return np.asarray(image - cv2.medianBlur(np.ascontiguousarray(image), 5))
+    """An image less the median of the samples around each."""
+    return np.asarray(image - cv2.medianBlur(np.ascontiguousarray(image), MEDIAN_OF))
+
+
+def healed(stack: Frames, dark: Frames, lattices: Sequence[Lattice]) -> Frames:
+    """Frames in which samples that leak in a dark shot are as their surroundings in each frame.
+
+    Args:
+        stack: frames of any shot.
+        dark: the dark shot.
+        lattices: where samples are measured.
+    """
+    dn = stack.dn.copy()
+    for lattice in lattices:
+        where = leaks_of(dark, lattice).where
+        for frame in lattice.of(dn):
+            around = cv2.medianBlur(np.ascontiguousarray(frame, dtype=np.float32), MEDIAN_OF)
+            frame[where] = around[where].astype(dn.dtype)
+    return dataclasses.replace(stack, dn=dn)

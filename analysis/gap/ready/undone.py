@@ -1,4 +1,6 @@
-"""Where a camera that changes its output begins: first figures of frames with the change undone."""
+"""Where a camera that changes its output, or leaks, begins: first figures of frames with that
+undone.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +14,7 @@ from analysis.gap.look.curve import powered
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
 from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hot import healed, longest_dark
 from analysis.gap.ready.mixed import matrix_of
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, black_of_frames
@@ -53,6 +56,20 @@ def unmixed(setting: Setting, told: Told) -> Base:
         return dataclasses.replace(frames, dn=dn)
 
     return _by_moments_of(setting, [through(f) for f in setting.key_frames])
+
+
+def without_leaks(setting: Setting) -> Base | None:
+    """The base by moments of frames without the photosites that leak, which a calibration takes for
+    a fixed pattern; None without a dark shot that shows them.
+
+    Args:
+        setting: the capture.
+    """
+    dark = longest_dark(setting)
+    if dark is None:
+        return None
+    lattices = setting.scenery.view.lattices
+    return _by_moments_of(setting, [healed(f, dark, lattices) for f in setting.key_frames])
 
 
 def _by_moments_of(setting: Setting, frames: Sequence[Frames]) -> Base:

@@ -77,8 +77,8 @@ def anew(
     coded = found.effect.stage is Stage.TRANSPORT  # and hides how far the camera is
     effects = (*known.effects, found.effect)
     as_found = found, refined(found.base, case.fit_seen, scenery, effects)
-    if not exact and _scatters(case, *as_found):
-        return _settled(case, found)
+    if _scatters(case, *as_found):
+        return _as_settled(case, found, start) if exact else _settled(case, found)
     effect, base = found.effect, found.base
     if start or found.misfit > LED_NOWHERE * case.misfit:
         effect, base = first, start or known.base
@@ -219,6 +219,15 @@ def _settled(case: Case, found: Candidate) -> Candidate:
         others = (settled(case, found.base, one) for one in of_other_strengths(found.effect))
         model, off = min([(model, off), *others], key=lambda one: one[1])
     one = _scored(case, found, model.base, model.effects[-1])
+    return found if one is None else dataclasses.replace(one, model=model, off=off)
+
+
+def _as_settled(case: Case, found: Candidate, start: Base | None) -> Candidate:
+    """The same of one whose parameters are told to the last digit, from where the camera begins
+    with it: by errors as wide as where bodies differ much any other camera seems to fit as well.
+    """
+    model, off = settled(case, start or found.base, found.effect, tuned=False)
+    one = _scored(case, found, model.base, found.effect)
     return found if one is None else dataclasses.replace(one, model=model, off=off)
 
 

@@ -22,7 +22,7 @@ FITS = 0.05
 """Chance of what is left from which no further step is taken."""
 
 
-def settled(case: Case, base: Base, effect: Effect) -> tuple[Fit, float]:
+def settled(case: Case, base: Base, effect: Effect, *, tuned: bool = True) -> tuple[Fit, float]:
     """The model with the effect, after some steps with everything known around both; and how far
     it is from the frames, as a part of what is expected.
 
@@ -30,6 +30,7 @@ def settled(case: Case, base: Base, effect: Effect) -> tuple[Fit, float]:
         case: the capture; its frames that fit are used.
         base: the camera.
         effect: as it was found by the errors of a model without it.
+        tuned: whether its parameters are fitted: not where frames tell them to the last digit.
     """
     known = case.known
     best, nearest = None, float("inf")
@@ -45,6 +46,7 @@ def settled(case: Case, base: Base, effect: Effect) -> tuple[Fit, float]:
         if now.p_value >= FITS:
             break
         amounts = turned.amounts(gap)
-        base, effect = turn(base, model.ways, amounts), tune(effect, model.ways, amounts)
+        base = turn(base, model.ways, amounts)
+        effect = tune(effect, model.ways, amounts) if tuned else effect
     assert best is not None
     return best, nearest

@@ -18,7 +18,7 @@ from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.soft import soft
 from analysis.gap.ready.traps import trapped
-from analysis.gap.ready.undone import unbent, unmixed
+from analysis.gap.ready.undone import unbent, unmixed, without_leaks
 from analysis.gap.ready.wandering import wandering
 from analysis.gap.ready.wave import wave
 from analysis.gap.suspects.lobe import lobe_of
@@ -92,6 +92,11 @@ def _with_bases(setting: Setting, mix: Told) -> Told:
     return dataclasses.replace(mix, base=unmixed(setting, mix), instead=instead)
 
 
+def _leaking(setting: Setting) -> Told | None:
+    leaks = hot(setting)
+    return dataclasses.replace(leaks, base=without_leaks(setting)) if leaks else None
+
+
 def _jumping(setting: Setting) -> Told | None:
     chain = trapped(setting)
     if chain is None:
@@ -109,7 +114,7 @@ READINGS: Mapping[str, Callable[[Setting], Told | None]] = {
     ColorMatrix.name: _mixed,
     RandomTelegraphNoise.name: _jumping,
     AmbientLight.name: lit_room,
-    HotPixels.name: hot,
+    HotPixels.name: _leaking,
     Blooming.name: brimful,
     BlackLevelDrift.name: wandering,
     SpatialDenoise.name: _smoothed,

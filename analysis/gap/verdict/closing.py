@@ -40,6 +40,13 @@ def closed(before: float, after: float, floor: float = 0.0) -> float:
     return (before - after) / (before - floor) if before != floor else 0.0
 
 
+def too_wide(left: Measured) -> bool:
+    """Whether a model expects far more than frames show, and more than chance makes: where bodies
+    differ by a few photosites, most of them show less than their mean.
+    """
+    return left.held.total < min(TOO_WIDE, -left.held_error)
+
+
 def accounts(found: Candidate, now: Measured, after: Measured) -> bool:
     """Whether it is the suspect's own doing that closes the gap, and not the width it gives to all.
 

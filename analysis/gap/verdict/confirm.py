@@ -13,7 +13,7 @@ from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.recount import recounted
-from analysis.gap.verdict.closing import CERTAIN, TOO_WIDE, accounts, closed
+from analysis.gap.verdict.closing import CERTAIN, accounts, closed, too_wide
 from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
 from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from sensor.effect import Effect
@@ -183,7 +183,7 @@ def closes_by_width(step: Step, now: Measured) -> bool:
         step: by which the effect was added.
         now: the capture against the model without it.
     """
-    return step.left.held.total < TOO_WIDE or not accounts(step.choice.best, now, step.left)
+    return too_wide(step.left) or not accounts(step.choice.best, now, step.left)
 
 
 def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
