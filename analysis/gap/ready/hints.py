@@ -85,6 +85,9 @@ def dwell_s(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float | 
 
 MAINS_HZ = np.arange(45.0, 65.0, 0.02)
 USUAL_MAINS_HZ = (50.0, 60.0)
+RIPPLE = 2.0 / 3.0
+"""Amplitude at twice the mains of a rectified sine, relative to its mean."""
+
 BEATS_FRAMES = 64
 """Frames of a shot whose means are looked at."""
 
@@ -99,9 +102,10 @@ from many."""
 def mains_hz(stacks: Sequence[Frames]) -> float | None:
     """Frequency of the mains whose light beats with the frames as their means do; None without.
 
-    Of those that beat alike it is the one next to 50 or 60 Hz.
+    Of those that beat alike it is the one next to 50 or 60 Hz of which a lamp can beat as deeply:
+    an exposure of n half cycles leaves sinc n of its ripple, nothing of whole ones.
     """
-    power = np.zeros(len(MAINS_HZ))
+    power, depth = np.zeros((2, len(MAINS_HZ)))
     for stack in stacks:
         if stack.shot.dark:
             continue
@@ -110,11 +114,16 @@ def mains_hz(stacks: Sequence[Frames]) -> float | None:
         beat = means / max(means.mean(), 1e-9) - 1.0
         starts_s = np.arange(len(dn)) * interval_of(stack.shot)
         waves = np.exp(-2j * np.pi * 2 * np.outer(MAINS_HZ, starts_s))
-        power += np.square(np.abs(waves @ beat)) / max(float(beat @ beat), 1e-30)
+        along = np.abs(waves @ beat)
+        power += np.square(along) / max(float(beat @ beat), 1e-30)
+        at_most = RIPPLE * np.abs(np.sinc(2 * MAINS_HZ * stack.shot.exposure_s))
+        depth = np.maximum(depth, 2 * along / len(dn) / np.maximum(at_most, 1e-9))
     highest = float(power.max())
     if highest < CLEAR_BEAT * float(np.median(power)) or highest == 0:
         return None
-    alike = MAINS_HZ[power > AS_GOOD * highest]
+    as_good = power > AS_GOOD * highest
+    possible = as_good & (depth <= 1.0)
+    alike = MAINS_HZ[possible if possible.any() else as_good]
     off = np.abs(alike[:, None] - np.array(USUAL_MAINS_HZ)).min(axis=1)
     return float(alike[np.argmin(off)])
 
