@@ -104,3 +104,20 @@ def test_a_family_that_tells_nothing_has_no_chance_of_its_own() -> None:
     found = distance(left, spread)
     assert found.p_by_family["codes"] == 1.0
     assert found.p_value > 0.01
+
+
+def test_a_dark_that_is_saturated_takes_no_part_unless_there_is_no_other() -> None:
+    """It tells neither black level nor dark current, but that both are more than the range."""
+    lit = [stack("lit", 24, lit=True)]
+    darks = [stack(f"dark {k}", 24, lit=False) for k in range(3)]
+    darks = [
+        dataclasses.replace(one, shot=dataclasses.replace(one.shot, exposure_s=0.01 * (k + 1)))
+        for k, one in enumerate(darks)
+    ]
+    white = [dataclasses.replace(one, dn=np.full_like(one.dn, 255)) for one in darks]
+    chosen = plan(Capture(camera="x", frames=(*darks[:2], white[2], *lit)))
+    assert chosen is not None
+    assert chosen.key == ("dark 0", "dark 1", "lit")
+    chosen = plan(Capture(camera="x", frames=(*white, *lit)))
+    assert chosen is not None
+    assert "dark 0" in chosen.key

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,33 +86,38 @@ def _key_shots(usable: list[Frames], wanted: int) -> list[str]:
         usable: shots with enough frames.
         wanted: frames of each that are looked at.
     """
-    darks = sorted((f for f in usable if f.shot.dark), key=lambda f: f.shot.exposure_s)
+    darks = _rungs((f for f in usable if f.shot.dark), lambda f: f.shot.exposure_s)
     chosen: list[Frames] = [*darks[-1:]]
     lamps: dict[tuple[str, ...], list[Frames]] = {}
     for f in usable:
         if not f.shot.dark:
             lamps.setdefault(f.shot.light, []).append(f)
-    ladders = [sorted(rungs, key=_light) for rungs in lamps.values()]
-    ladders = [[f for f in rungs if not _saturated(f)] or rungs[:1] for rungs in ladders]
+    ladders = [_rungs(shots, _light) for shots in lamps.values()]
     chosen += [rungs[-1] for rungs in ladders]
     chosen += darks[:1] if len(darks) > 1 else []
     chosen += [rungs[len(rungs) // 3] for rungs in ladders if len(rungs) > 1]
     chosen += [rungs[0] for rungs in ladders if len(ladders) == 1]
     chosen += darks[1:-1] + [f for rungs in ladders for f in rungs]
     distinct = list(dict.fromkeys(f.shot.label for f in chosen))[:KEY_SHOTS]
-    # a cable drops frames of any shot, and few of them
-    dropped = {f.shot.label: int(repeats(f.dn[:wanted]).sum()) for f in usable}
-    most = max(dropped, key=lambda label: dropped[label])
-    if dropped[most] and not any(dropped[label] for label in distinct):
+    # a cable drops frames of any shot, and few of them; all that are white are alike
+    dropped = {f.shot.label: int(repeats(f.dn[:wanted]).sum()) for f in usable if not _white(f)}
+    most = max(dropped, key=lambda label: dropped[label], default="")
+    if dropped.get(most) and not any(dropped[label] for label in distinct):
         distinct[-1] = most
     return [f.shot.label for f in usable if f.shot.label in distinct]
+
+
+def _rungs(shots: Iterable[Frames], bright: Callable[[Frames], float]) -> list[Frames]:
+    """The faintest first; none that is white, unless all are."""
+    rungs = sorted(shots, key=bright)
+    return [f for f in rungs if not _white(f)] or rungs[:1]
 
 
 def _light(frames: Frames) -> float:
     return frames.shot.exposure_s * sum(frames.shot.level)
 
 
-def _saturated(frames: Frames) -> bool:
+def _white(frames: Frames) -> bool:
     """Whether more than a tenth of a frame is at the top."""
     return float((frames.dn[0] >= frames.top_dn).mean()) > 0.1
 
