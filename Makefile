@@ -71,9 +71,10 @@ withheld: $(READY)  ## examine the diagnosis with effects it cannot know: docs/w
 	  --beside histogram=$(SET).histogram --beside refit-free=$(SET).refit-free
 	$(BIN)/python -m docs.withheld_page $(SET).score $$(cat $(SET).answered-by)
 
+PIXELS ?= rgb8
 # An hour on two cores: what is done is kept, and the next run goes on from there.
 another-camera: $(READY)  ## the diagnosis on a NumPy camera, fault by fault: docs/another-camera.md
-	$(BIN)/python -m docs.another_camera_page
+	$(BIN)/python -m docs.another_camera_page --pixels $(PIXELS)
 
 docs: $(READY)  ## write docs/effects.md and the README's figure anew (from the files of a demo)
 	$(BIN)/python docs/make.py
