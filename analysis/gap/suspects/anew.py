@@ -77,8 +77,11 @@ def anew(
     coded = found.effect.stage is Stage.TRANSPORT  # and hides how far the camera is
     effects = (*known.effects, found.effect)
     as_found = found, refined(found.base, case.fit_seen, scenery, effects)
-    if _scatters(case, *as_found):
-        return _as_settled(case, found, start) if exact else _settled(case, found)
+    scatters, fits = _scatters(case, *as_found), as_found[1].misfit <= ENOUGH
+    if scatters and not exact:
+        return _settled(case, found)
+    if scatters and fits:
+        return _as_settled(case, found, start)
     effect, base = found.effect, found.base
     if start or found.misfit > LED_NOWHERE * case.misfit:
         effect, base = first, start or known.base
@@ -111,7 +114,6 @@ def anew(
         told=told,
         tuned=not exact,
     )
-    fits = as_found[1].misfit <= ENOUGH
     best = as_found if fits else _followed(ways, calibrated, BEHIND * to_beat)
     if not exact:
         best = with_all_strengths(case, best, calibrated)
