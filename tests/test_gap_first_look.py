@@ -13,6 +13,7 @@ from analysis.gap.measure.signature import Signature
 from analysis.gap.suspects import first_look
 from analysis.gap.suspects.first_look import (
     LITTLE,
+    WEAKEST,
     closer,
     confirmed,
     either_way,
@@ -182,3 +183,7 @@ def test_what_is_done_to_pictures_is_looked_at_as_weak_as_it_could_be(
     assert one.effect.amount == pytest.approx(0.05)
     assert one.effect.passes == 1
     assert weaker(much, seen) == []
+    # one a hundred million times as long is no straight line
+    (one,) = weaker(little, [shown(1e4 * size, Sharpening(amount=0.5, passes=1))])
+    assert isinstance(one.effect, Sharpening)
+    assert one.effect.amount == pytest.approx(WEAKEST * 0.5)
