@@ -9,7 +9,7 @@ from typing import Any
 
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
-from analysis.gap.measure.case import MISFIT
+from analysis.gap.suspects.first_look import NEARLY_FITS, WEAKEST
 from analysis.gap.suspects.pursue import LEAVES_SOME
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
@@ -55,7 +55,8 @@ FIGURES = {
     "SIGNIFICANCE": f"{SIGNIFICANCE:g}",
     "LEAST_SCORE": f"{LEAST_SCORE:g}",
     "MARGIN": f"{MARGIN:g}",
-    "MISFIT": f"{MISFIT:g}",
+    "NEARLY_FITS": f"{NEARLY_FITS:g}",
+    "WEAKEST": f"{WEAKEST:g}",
     "LEAVES_SOME": f"{LEAVES_SOME:g}",
     "MAY_BE_NOTHING": f"{MAY_BE_NOTHING:g}",
     "TELLS_LITTLE": f"{TELLS_LITTLE:g}",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hot import healed, leaking
+from analysis.gap.ready.hot import healed, leaking, leaks_of
 from sensor.frames import Frames
 from sensor.protocol import Shot
 
@@ -68,8 +68,9 @@ def test_frames_are_healed_where_they_leak_and_nowhere_else() -> None:
     hot = rng.uniform(size=(HEIGHT, WIDTH)) < 0.003
     leaks = dark(hot * 120.0, noise(13))
     lit = dark(hot * 60.0 + 40.0, noise(14))
+    where = [(lattice, leaks_of(leaks, lattice).where) for lattice in GREY]
     for stack, level_dn in ((leaks, BLACK_DN), (lit, BLACK_DN + 40.0)):
-        mended = healed(stack, leaks, GREY).dn.mean(axis=0)[8:-8, 8:-8]
+        mended = healed(stack, where).dn.mean(axis=0)[8:-8, 8:-8]
         inner = hot[8:-8, 8:-8]
         assert np.abs(mended[inner] - level_dn).max() < 5 * SIGMA_DN / np.sqrt(FRAMES) + 0.5
         assert (mended == stack.dn.mean(axis=0)[8:-8, 8:-8])[~inner].all()

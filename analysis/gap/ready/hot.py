@@ -140,17 +140,15 @@ def _above_surroundings(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(image - cv2.medianBlur(np.ascontiguousarray(image), MEDIAN_OF))
 
 
-def healed(stack: Frames, dark: Frames, lattices: Sequence[Lattice]) -> Frames:
-    """Frames in which samples that leak in a dark shot are as their surroundings in each frame.
+def healed(stack: Frames, leaks: Sequence[tuple[Lattice, NDArray[np.bool_]]]) -> Frames:
+    """Frames in which samples that leak are as their surroundings in each frame.
 
     Args:
         stack: frames of any shot.
-        dark: the dark shot.
-        lattices: where samples are measured.
+        leaks: which samples of each lattice do.
     """
     dn = stack.dn.copy()
-    for lattice in lattices:
-        where = leaks_of(dark, lattice).where
+    for lattice, where in leaks:
         for frame in lattice.of(dn):
             around = cv2.medianBlur(np.ascontiguousarray(frame, dtype=np.float32), MEDIAN_OF)
             frame[where] = around[where].astype(dn.dtype)

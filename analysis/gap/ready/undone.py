@@ -14,7 +14,7 @@ from analysis.gap.look.curve import powered
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.hot import healed, longest_dark
+from analysis.gap.ready.hot import healed, leaks_of, longest_dark
 from analysis.gap.ready.mixed import matrix_of
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, black_of_frames
@@ -58,18 +58,17 @@ def unmixed(setting: Setting, told: Told) -> Base:
     return _by_moments_of(setting, [through(f) for f in setting.key_frames])
 
 
-def without_leaks(setting: Setting) -> Base | None:
+def without_leaks(setting: Setting) -> Base:
     """The base by moments of frames without the photosites that leak, which a calibration takes for
-    a fixed pattern; None without a dark shot that shows them.
+    a fixed pattern.
 
     Args:
-        setting: the capture.
+        setting: the capture, of which a dark shot shows them.
     """
     dark = longest_dark(setting)
-    if dark is None:
-        return None
-    lattices = setting.scenery.view.lattices
-    return _by_moments_of(setting, [healed(f, dark, lattices) for f in setting.key_frames])
+    assert dark is not None, "leaks are told by a dark shot"
+    leaks = [(one, leaks_of(dark, one).where) for one in setting.scenery.view.lattices]
+    return _by_moments_of(setting, [healed(f, leaks) for f in setting.key_frames])
 
 
 def _by_moments_of(setting: Setting, frames: Sequence[Frames]) -> Base:
