@@ -70,3 +70,21 @@ def test_pictures_that_are_even_are_judged_and_others_not(patch: float, cfa: str
     if found.known:
         rates = np.repeat(2 * level[..., None], 3, axis=2)
         np.testing.assert_allclose(found.rates["sphere"], rates, rtol=0.01)
+
+
+def test_light_is_read_from_the_shots_that_show_it() -> None:
+    """The line through black that is nearest to all shots: a slope of fixed offsets o is a light of
+    o sum(u) / sum(u^2), where a mean of what each shot shows in its unit u had ten times of it."""
+    light, offsets = 1000.0 * shaded(20.0)[..., 0].astype(np.float64), 5.0 * ACROSS
+    units = np.array([0.05, 1.0])
+
+    def frames(unit: float) -> Frames:
+        mean = 100.0 + unit * light + offsets
+        shot = Shot(label=f"{unit:g}", light=("sphere",), exposure_s=unit, frames=4)
+        dn = np.round(np.repeat(mean[None], 4, axis=0)).astype(np.uint16)
+        return Frames(dn=dn, shot=shot, pixels="mono16", bits=12)
+
+    found = light_of(Capture(camera="flats", frames=tuple(map(frames, units))), {}, 100.0)
+    too_bright = offsets * units.sum() / np.square(units).sum()
+    assert found.drawn
+    assert found.rates["sphere"][..., 1] - light == pytest.approx(too_bright, abs=0.5)

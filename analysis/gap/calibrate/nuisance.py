@@ -110,7 +110,7 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         charge = 0.3 * float(np.min(base.read_dn2 / base.gain_dn_per_e**2)) + 0.5
         knobs.append(Knob(name="dark", channel=None, step=charge / longest))
     # a surface through the frames is as soft as any
-    if lit and scenery.light.known and scenery.light.in_electrons:
+    if lit and scenery.light.known and not scenery.light.drawn:
         knobs.append(Knob(name="blur", channel=None, step=BLUR_STEP_PX2 + 0.1 * base.blur_px2))
     if len(exposures) > 1:
         shown = black_dn / float(base.gain_dn_per_e.max())

@@ -87,6 +87,11 @@ class Light:
         return self.rates if self.shown is None else self.shown
 
     @property
+    def drawn(self) -> bool:
+        """Whether it is a surface through the frames."""
+        return self.known and not self.in_electrons
+
+    @property
     def lamps(self) -> tuple[str, ...]:
         """Their names."""
         return tuple(self.rates)
@@ -237,14 +242,20 @@ def _likeness(seen: Rate, expected: Rate, clear: NDArray[np.bool_]) -> float | N
 
 
 def _from_frames(lit: list[Frames], black_dn: float) -> dict[str, Rate]:
-    """What the frames show, in DN per second at level 1."""
-    sums: dict[str, list[Rate]] = {}
+    """What the frames show, in DN per second at level 1: the line through black that is nearest to
+    all shots of a lamp. The pattern of a dark frame is twenty times the picture of a faint shot as
+    a part of it, so that no mean of such parts would do."""
+    sums: dict[str, list[tuple[float, Rate]]] = {}
     for f in lit:
         plane = _plane(f, black_dn)
         unit = max(level_of(f.shot) * f.shot.exposure_s, 1e-9)
         if float((plane >= f.top_dn - black_dn).mean()) < 0.01 or lamp_of(f.shot) not in sums:
-            sums.setdefault(lamp_of(f.shot), []).append(np.asarray(plane / unit))
-    return {lamp: np.asarray(np.mean(images, axis=0)) for lamp, images in sums.items()}
+            sums.setdefault(lamp_of(f.shot), []).append((unit, plane))
+    return {
+        lamp: _sum([np.float32(unit) * plane for unit, plane in seen])
+        / np.float32(sum(unit**2 for unit, _ in seen))
+        for lamp, seen in sums.items()
+    }
 
 
 def _without_pattern(image: Rate) -> Rate:

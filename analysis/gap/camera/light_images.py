@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.light import Light, Rate
+from analysis.gap.camera.surface import PRODUCTS, laid
 from analysis.gap.look.lattices import BORDER_PX
 from foundation.panel import Panel
 
@@ -34,11 +35,13 @@ class Amounts:
     Attributes:
         shading: of each shading in each colour, (shadings, 3), by lamp and by the grid that they
             are laid on; see `_shading_images`.
+        bent: of each product of a surface in each colour, (products, 3), by lamp.
         moved: of each place where the picture may lie instead.
         brighter: parts by which areas and colours are brighter.
     """
 
     shading: dict[tuple[str, Grid], Floats] = dataclasses.field(default_factory=dict)
+    bent: dict[str, Floats] = dataclasses.field(default_factory=dict)
     moved: Floats = dataclasses.field(default_factory=lambda: np.zeros(PLACES))
     brighter: list[tuple[tuple[slice | int, ...], float]] = dataclasses.field(default_factory=list)
 
@@ -48,10 +51,14 @@ def shade(lamp: str, grid: Grid, k: int, tint: Floats | float, to: Amounts, amou
     to.shading.setdefault((lamp, grid), np.zeros((SHADINGS, 3)))[k] += amount * tint
 
 
+def bend(lamp: str, k: int, channel: str, to: Amounts, amount: float) -> None:
+    """Add the k-th product of a surface to what a lamp shows in one channel."""
+    to.bent.setdefault(lamp, np.zeros((PRODUCTS, 3)))[k, colours_of(channel)] += amount
+
+
 def brighten(channel: str, panel: Panel | None, to: Amounts, amount: float) -> None:
-    """Add light in one channel, of a panel or all of it; a grey camera has all colours in one."""
-    colours = slice(None) if channel == "Y" else "RGB".index(channel)
-    to.brighter.append(((*area_of(panel), colours), amount))
+    """Add light in one channel, of a panel or all of it."""
+    to.brighter.append(((*area_of(panel), colours_of(channel)), amount))
 
 
 def move(k: int, to: Amounts, amount: float) -> None:
@@ -66,6 +73,8 @@ def with_amounts(light: Light, lamp: str, image: Rate, amounts: Amounts) -> Rate
     for (which, grid), of_each in amounts.shading.items():
         if which == lamp:
             made += rate * (_shading_images(rate.shape[:2], grid) @ of_each.astype(np.float32))
+    if lamp in amounts.bent:
+        made += laid(amounts.bent[lamp], rate.shape[:2]).astype(np.float32)
     for area, amount in amounts.brighter:
         made[area] += np.float32(amount) * rate[area]
     return np.asarray(np.maximum(made, 0.0, out=made))
@@ -87,6 +96,11 @@ def _shading_images(shape: tuple[int, int], grid: Grid) -> Rate:
 
     y, x = np.meshgrid(along(shape[0], down), along(shape[1], across), indexing="ij")
     return np.stack([one.astype(np.float32) for one in shadings(x, y)], axis=-1)
+
+
+def colours_of(channel: str) -> slice | int:
+    """Which colours of a rate image a channel shows; a grey camera has all in one."""
+    return slice(None) if channel == "Y" else "RGB".index(channel)
 
 
 def area_of(panel: Panel | None) -> tuple[slice, ...]:

@@ -17,6 +17,7 @@ from analysis.gap.camera.light_images import (
     PLACES,
     Amounts,
     area_of,
+    bend,
     brighten,
     move,
     moves,
@@ -24,6 +25,7 @@ from analysis.gap.camera.light_images import (
     shadings,
     with_amounts,
 )
+from analysis.gap.camera.surface import PRODUCTS, laid
 from analysis.gap.camera.twin import NOT_CLIPPED, Scenery, exposure_of
 from analysis.gap.look.observation import Observation, View
 from foundation.panel import Panel
@@ -137,6 +139,37 @@ def shot_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[
 
 
 def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
+    """Changes of what a lamp shows, of one that was stated or of a surface through the frames."""
+    ways = surface_ways if scenery.light.drawn else stated_ways
+    return ways(base, scenery, reference)
+
+
+def surface_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
+    """Changes of a surface that was laid through the frames: any other may be the light."""
+    shape = scenery.body.height, scenery.body.width
+    products = _product_blocks(shape, scenery.view, base.channels)
+    for lamp in _units(base, scenery):
+        dn_per_rate = base.level[lamp] * base.gain_dn_per_e
+        for k in range(1, PRODUCTS):
+            for c, channel in enumerate(base.channels):
+                one = np.zeros_like(products[k])
+                one[c] = dn_per_rate[c] * products[k, c]
+                yield LightWay(
+                    means=_everywhere({lamp: one}, scenery, reference),
+                    prior=FREE,
+                    add=functools.partial(bend, lamp, k, channel),
+                )
+
+
+@functools.lru_cache(maxsize=4)
+def _product_blocks(shape: tuple[int, int], view: View, channels: tuple[str, ...]) -> Floats:
+    """Blocks of the products of a surface, (products, channels, blocks)."""
+    each = np.eye(PRODUCTS)[:, :, None].repeat(3, axis=2)
+    images = (laid(one, shape).astype(np.float32) for one in each)
+    return np.array([blocks_of(image, view, channels) for image in images])
+
+
+def stated_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
     """Changes of what a lamp that was stated shows: shading, place and reflectances."""
     unit = _units(base, scenery)
     lamps = tuple(unit)

@@ -19,6 +19,9 @@ a thousandth up to 38 degrees. One of the sixth degree is off by 2 % there."""
 LOW = np.add.outer(np.arange(DEGREE + 1), np.arange(DEGREE + 1)) <= DEGREE
 """Which products of a polynomial down and one across are of no higher degree."""
 
+PRODUCTS = int(LOW.sum())
+"""How many there are; the first is even."""
+
 BLOCKS = 24
 """Along the shorter side: the surface goes through means of them."""
 
@@ -33,23 +36,32 @@ def surface_of(image: NDArray[np.float32]) -> NDArray[np.float32] | None:
     Args:
         image: the picture, (H, W, 3).
     """
-    side = max(1, min(image.shape[:2]) // BLOCKS)
+    height, width = image.shape[:2]
+    side = max(1, min(height, width) // BLOCKS)
     seen = blocks(np.moveaxis(image, 2, 0), side)
     mean = seen.mean(axis=(1, 2))
     if (mean <= 0).any() or min(seen.shape[1:]) <= DEGREE:
         return None
-    pixels = [np.arange(n) for n in image.shape[:2]]
-    middles = [side * np.arange(n) + (side - 1) / 2 for n in seen.shape[1:]]
-    rows, columns, down, across = (
-        2 * at / (n - 1) - 1 for at, n in zip(pixels + middles, 2 * image.shape[:2], strict=True)
+    down, across = (
+        _polynomials(size)[:, : n * side].reshape(DEGREE + 1, n, side).mean(axis=2)
+        for size, n in zip((height, width), seen.shape[1:], strict=True)
     )
-    y, x = np.meshgrid(down, across, indexing="ij")
-    products = legendre.legvander2d(y, x, [DEGREE, DEGREE])[..., LOW.ravel()]
-    products, wanted = products.reshape(-1, products.shape[-1]), seen.reshape(3, -1).T
+    products = np.einsum("iy,jx->yxij", down, across)[..., LOW].reshape(-1, PRODUCTS)
+    wanted = seen.reshape(3, -1).T
     found = np.linalg.lstsq(products, wanted, rcond=None)[0]
     if np.sqrt(np.square((wanted - products @ found) / mean).mean()) > EVEN:
         return None
-    amounts = np.zeros((*LOW.shape, 3))
-    amounts[LOW] = found
-    surface = np.moveaxis(legendre.leggrid2d(rows, columns, amounts), 0, 2)
-    return np.asarray(np.clip(surface, 0, None), dtype=np.float32)
+    return np.asarray(np.clip(laid(found, (height, width)), 0, None), dtype=np.float32)
+
+
+def laid(amounts: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.float64]:
+    """A surface of so much of each product, (products, channels), on a picture of this shape."""
+    of_each = np.zeros((*LOW.shape, amounts.shape[1]))
+    of_each[LOW] = amounts
+    down, across = (_polynomials(size) for size in shape)
+    return np.asarray(np.einsum("iy,jx,ijc->yxc", down, across, of_each, optimize=True))
+
+
+def _polynomials(size: int) -> NDArray[np.float64]:
+    """Legendre polynomials of a side of so many pixels, (DEGREE + 1, size)."""
+    return np.asarray(legendre.legvander(np.linspace(-1, 1, size), DEGREE).T)
