@@ -6,7 +6,8 @@ import numpy as np
 from scipy import ndimage
 
 from analysis.gap.look.lattices import Lattice
-from sensor.frames import Frames
+from sensor.demosaicers import colour_demosaicing
+from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
 
 MOSAIC = tuple(
@@ -33,3 +34,14 @@ def lit(dn: np.ndarray, pixels: str) -> Frames:
     shot = Shot(label="lit", light=("lamp",), level=(1.0,), exposure_s=0.01, frames=len(dn))
     codes = np.clip(np.round(dn), 0, 255).astype(np.uint8)
     return Frames(shot=shot, dn=codes, pixels=pixels, bits=8, cfa=None)
+
+
+def colour_capture(cfa: str, seed: int = 4) -> Capture:
+    """Frames as a bilinear demosaicer makes them: neighbours of a measured sample are means."""
+    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
+    rng = np.random.default_rng(seed)
+    raw = rng.normal(60, 4, (8, 64, 64)).astype(np.float32)
+    frames = np.array([fill(frame, cfa) for frame in raw])
+    dn = np.clip(np.round(frames), 0, 255).astype(np.uint8)
+    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
+    return Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))

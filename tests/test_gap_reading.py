@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 
 import numpy as np
@@ -10,35 +9,15 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
-from analysis.gap.camera.handles import (
-    Handle,
-    does_nothing,
-    free_parameters,
-    handles_of,
-    moved,
-    step_from,
-)
 from analysis.gap.look import jpeg_tables
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, nearly_straight, powered
 from analysis.gap.look.gains_by_teeth import gains_by_teeth
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.look.repeats import fresh, partly_repeats, repeats
 from analysis.gap.look.whole_gains import white_balance
-from analysis.gap.measure.signature import scaled, starts
-from analysis.gap.ready.hints import dwell_s, empty_bits, mains_hz
-from analysis.gap.suspects.beginnings import of_other_strengths, with_more_strengths
-from sensor.catalogue import catalogue
-from sensor.colours import Colours
-from sensor.effects.ambient_light import AmbientLight
-from sensor.effects.black_level_drift import BlackLevelDrift
+from analysis.gap.ready.hints import dwell_s, empty_bits
 from sensor.effects.chroma_subsampling import ChromaSubsampling
-from sensor.effects.defect_correction import DefectCorrection
-from sensor.effects.dust_shadow import DustShadow
-from sensor.effects.gamma import Gamma
-from sensor.effects.specular_glare import SpecularGlare
-from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.frames import Frames
 from sensor.protocol import Shot
 from tests.effects_chain import applied
@@ -273,127 +252,6 @@ def test_frames_that_never_were_jpeg_have_no_quality() -> None:
     assert jpeg_tables.quality([]) is None
 
 
-def flickering(mains: float | None, frames: int = 24) -> Frames:
-    """Noise of a lit shot at 15 frames a second, of which a lamp changes the mean by 1 %."""
-    rng = np.random.default_rng(9)
-    shot = Shot(
-        label="lit", light=("lamp",), exposure_s=0.004, frames=frames, interval_s=INTERVAL_S
-    )
-    level = np.full(frames, 100.0)
-    if mains is not None:
-        level += np.sin(2 * np.pi * 2 * mains * np.arange(frames) * INTERVAL_S + 0.4)
-    dn = np.round(level[:, None, None] + rng.normal(0, 2, (frames, 64, 64))).astype(np.uint8)
-    return Frames(dn=dn, shot=shot, pixels="mono8", bits=8)
-
-
-INTERVAL_S = 1 / 15
-
-
-@pytest.mark.parametrize("mains", [50.0, 60.3, 48.76])
-def test_the_mains_is_read_from_the_beat_of_the_means(mains: float) -> None:
-    """Beats are known to a part of a cycle over the stack, and in either direction."""
-    found = mains_hz([flickering(mains)])
-    assert found is not None
-    beat = [2 * f * INTERVAL_S % 1.0 for f in (found, mains)]
-    same = min(abs(beat[0] - beat[1]), abs(beat[0] + beat[1] - 1.0))
-    assert same < 0.25 / 24
-    assert min(abs(found - 50), abs(found - 60)) <= min(abs(mains - 50), abs(mains - 60)) + 0.1
-
-
-def test_a_beat_that_the_exposure_averages_away_is_of_another_mains() -> None:
-    """A hundredth of a second is one half cycle of 50 Hz. Of 49.72 Hz it leaves sinc 0.9944 =
-    0.0056 of two thirds: no lamp there beats by a hundredth. As many half cycles a frame below the
-    next whole number, at 47.78 Hz, it beats alike, and a quarter of that depth is enough."""
-    dn = flickering(49.72)
-    shot = dataclasses.replace(dn.shot, exposure_s=0.01)
-    found = mains_hz([dataclasses.replace(dn, shot=shot)])
-    assert found == pytest.approx(6.5 / INTERVAL_S - 49.72, abs=0.25 / 24 / INTERVAL_S)
-
-
-def test_noise_has_no_beat() -> None:
-    assert mains_hz([flickering(None)]) is None
-    assert mains_hz([]) is None
-
-
-def test_repeats_are_left_out_and_the_first_frames_stand_in_for_them() -> None:
-    dn = np.arange(5, dtype=np.uint8)[[0, 1, 1, 2, 3, 3, 3, 4], None, None]
-    assert repeats(dn).tolist() == [False, False, True, False, False, True, True, False]
-    assert fresh(dn, 7).ravel().tolist() == [0, 1, 2, 3, 4, 0, 1]
-    assert fresh(dn[[0, 1, 3]], 2).ravel().tolist() == [0, 1]
-
-
-@pytest.mark.parametrize("shape", [(12, 48, 96), (12, 48, 96, 3)])
-def test_a_frame_that_repeats_rows_of_the_one_before_is_told_from_one_that_is_all_the_same(
-    shape: tuple[int, ...],
-) -> None:
-    """Torn frames have the lower rows of the frame before, late fields its odd ones. A border that
-    never changes is in every frame, and a frame that repeats all of the one before is counted as
-    such."""
-    dn = np.random.default_rng(5).normal(40.0, 0.7, shape).round().astype(np.uint8)
-    dn[:, :4] = np.arange(96, dtype=np.uint8).reshape(1, 1, 96, *(1,) * (len(shape) - 3))
-    assert not partly_repeats(dn).any()
-    dn[3, 30:] = dn[2, 30:]
-    dn[7, 1::2] = dn[6, 1::2]
-    dn[10] = dn[9]
-    assert np.flatnonzero(partly_repeats(dn)).tolist() == [3, 7]
-
-
-def test_rows_that_hardly_change_are_no_witnesses() -> None:
-    """A row of a dark that is clipped at its black level, where one pixel is hot, changes by that
-    pixel alone and repeats in many frames."""
-    dn = np.zeros((40, 48, 96), dtype=np.uint8)
-    dn[:, :, 50] = np.random.default_rng(6).integers(3, 5, (40, 48))
-    assert not partly_repeats(dn).any()
-
-
-def test_a_threshold_is_twice_as_strong_at_half_its_value() -> None:
-    """Its identity is ten thousand times away, and no threshold at all is none; a step of the
-    difference quotient is a part of the threshold itself."""
-    threshold = next(p for p in DefectCorrection.parameters() if p.identity is not None)
-    assert threshold.inverse
-    assert threshold.away(6.0, 2.0) == pytest.approx(3.0)
-    assert threshold.away(6.0, 1.0) == pytest.approx(6.0)
-    assert threshold.away(6.0, 0.0) == threshold.away(6.0, 1e-9) == threshold.maximum
-    assert abs(step_from(6.0, threshold)) == pytest.approx(0.6)
-    share = next(p for p in SpecularGlare.parameters() if p.identity is not None)
-    assert not share.inverse
-
-
-def test_a_step_of_a_parameter_stays_in_its_range() -> None:
-    for across in (0.0, 0.02, 0.5, 0.98, 1.0):
-        glare = SpecularGlare(across=across)
-        for p in free_parameters(glare):
-            for times in (1.0, 3.0):
-                by = step_from(getattr(glare, p.name), p, times)
-                assert by != 0
-                dataclasses.replace(glare, **{p.name: getattr(glare, p.name) + by})
-
-
-def test_a_strength_by_colour_is_turned_colour_by_colour() -> None:
-    light = AmbientLight(rate_e_per_s=Colours(R=100.0, G=50.0, B=0.0), share_in_dark=1.0)
-    rate = next(p for p in light.parameters() if p.name == "rate_e_per_s")
-    red, green = handles_of(light, rate, ("R", "G", "B"))
-    assert (red.channel, green.channel) == (0, 1)  # blue is off
-    turned = moved(light, {red: 10.0, green: -80.0})
-    assert turned == dataclasses.replace(light, rate_e_per_s=Colours(R=110.0, G=0.0, B=0.0))
-    assert handles_of(light, rate, ("Y",)) == []
-    share = next(p for p in light.parameters() if p.name == "share_in_dark")
-    whole = Handle(effect="ambient_light", parameter="share_in_dark")
-    assert handles_of(light, share, ("R", "G", "B")) == [whole]
-
-
-def test_a_strength_that_may_differ_by_colour_is_sought_in_each() -> None:
-    alone = [one.rate_e_per_s for one in starts(AmbientLight)]
-    only = [rate for rate in alone if isinstance(rate, Colours)]
-    assert [tuple(rate > 0 for rate in one) for one in only] == [
-        (True, False, False),
-        (False, True, False),
-        (False, False, True),
-    ]
-    twice = scaled(AmbientLight(rate_e_per_s=Colours(R=100.0, G=50.0, B=0.0)), 2.0)
-    assert twice.rate_e_per_s == Colours(R=200.0, G=100.0, B=0.0)
-
-
 def sent(
     mode: int, taken: int = 0, drawn: int = 0, rows: int = 1, *, blur: float = 0.0
 ) -> np.ndarray:
@@ -437,37 +295,3 @@ def test_colours_that_are_blurred_are_not_shared(blur: float) -> None:
     assert shared_colours([sent(0, blur=blur)]) is None
     assert shared_colours([sent(1)[:, :, :40]]) is None
     assert shared_colours([sent(1)[..., 0], np.full((4, 64, 64, 3), 17, dtype=np.uint8)]) is None
-
-
-def test_a_strength_that_no_camera_has_does_nothing() -> None:
-    """A ten-thousandth of the usual strength is nothing, a hundredth is not, of every effect that
-    has one; a power of 1.0000002 moves no code but by where it sends halves."""
-    for kind in catalogue().values():
-        usual = kind()
-        if kind.base or scaled(usual, 0.5) == usual or any(p.whole for p in kind.parameters()):
-            continue
-        assert does_nothing(scaled(usual, 1e-4)), kind.name
-        assert not does_nothing(scaled(usual, 1e-2)), kind.name
-    assert does_nothing(Gamma(exponent=1.0000002))
-    assert not does_nothing(Gamma(exponent=0.99))
-
-
-def test_factors_do_nothing_without_one_of_them() -> None:
-    assert does_nothing(DustShadow(depth=0.0))
-    assert does_nothing(DustShadow(number=0.0))
-    assert not does_nothing(VignettingExcess(k2=0.0))
-
-
-def test_an_effect_of_two_strengths_is_tried_with_the_other_one_and_with_both() -> None:
-    rows = BlackLevelDrift(row_sigma_e=5.0, frame_sigma_e=0.0)
-    on = {(one.row_sigma_e > 0, one.frame_sigma_e > 0) for one in of_other_strengths(rows)}
-    assert on == {(False, True), (True, True)}
-    assert of_other_strengths(Gamma(exponent=0.9)) == []
-
-
-def test_strengths_that_are_off_are_added_to_those_that_were_fitted() -> None:
-    rows = BlackLevelDrift(row_sigma_e=5.0, row_length=33.0, frame_sigma_e=0.0)
-    begins = BlackLevelDrift().frame_sigma_e
-    assert with_more_strengths(rows) == [dataclasses.replace(rows, frame_sigma_e=begins)]
-    assert with_more_strengths(BlackLevelDrift()) == []
-    assert with_more_strengths(Gamma(exponent=0.9)) == []

@@ -10,15 +10,6 @@ from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.darks import NODES, WEIGHTS, behind_rounding
 from analysis.gap.camera.light import Light
 from analysis.gap.camera.light_blocks import blocks_of, light_noise
-from analysis.gap.look import observe as looking
-from analysis.gap.look.arithmetic import (
-    IN_FRACTIONS,
-    OF_QUARTERS,
-    OF_SIXTEENTHS,
-    OF_WHOLE_SAMPLES,
-    arithmetic_of,
-    rules_of,
-)
 from analysis.gap.look.families import (
     OF_A_BODY,
     OTHERWISE,
@@ -27,10 +18,8 @@ from analysis.gap.look.families import (
     STAGES,
     stage_of,
 )
-from analysis.gap.look.lattices import Lattice, lattices_of, phase_of
-from analysis.gap.look.observation import Stack, View
-from analysis.gap.look.observe import observe
-from analysis.gap.look.statistics.codes import codes
+from analysis.gap.look.lattices import Lattice, lattices_of
+from analysis.gap.look.observation import View
 from analysis.gap.look.statistics.group import Group, crossed
 from analysis.gap.look.statistics.pattern import pattern, pattern_shape
 from analysis.gap.look.statistics.structure import (
@@ -43,11 +32,11 @@ from analysis.gap.look.statistics.structure import (
 )
 from analysis.gap.look.statistics.surface import surface
 from analysis.gap.ready.wave import wave
-from sensor.demosaicers import colour_demosaicing
 from sensor.effect import Stage
-from sensor.frames import Capture, Frames
+from sensor.frames import Frames
 from sensor.protocol import Shot
 from tests.harness import SIGNIFICANCE
+from tests.mosaic import colour_capture
 
 FRAMES, HEIGHT, WIDTH = 8, 96, 128
 SIGMA = 3.0
@@ -221,98 +210,6 @@ def test_darks_behind_rounding_give_their_figures_back(
     assert found == pytest.approx([black, read**2, fpn**2], rel=2e-2, abs=1e-3)
 
 
-def colour_capture(cfa: str, seed: int = 4) -> Capture:
-    """Frames as a bilinear demosaicer makes them: neighbours of a measured sample are means."""
-    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
-    rng = np.random.default_rng(seed)
-    raw = rng.normal(60, 4, (8, 64, 64)).astype(np.float32)
-    frames = np.array([fill(frame, cfa) for frame in raw])
-    dn = np.clip(np.round(frames), 0, 255).astype(np.uint8)
-    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
-    return Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))
-
-
-@pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
-def test_the_mosaic_is_found_behind_colour_frames(cfa: str) -> None:
-    """Measured samples have two to four times the variance of interpolated ones."""
-    capture = colour_capture(cfa)
-    assert phase_of(capture) == cfa
-    assert sorted(lattice.channel for lattice in lattices_of(capture)) == ["B", "G", "G", "R"]
-
-
-def test_no_mosaic_is_made_up() -> None:
-    """Three independent channels have none."""
-    dn = np.random.default_rng(5).normal(60, 4, (8, 64, 64, 3)).astype(np.uint8)
-    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=8)
-    capture = Capture(camera="x", frames=(Frames(dn=dn, shot=shot, pixels="rgb8", bits=8),))
-    assert phase_of(capture) is None
-
-
-HALVES = {1: lambda mean: np.floor(mean + 0.5), 2: np.round, 3: np.floor}
-
-
-@pytest.mark.parametrize("step", [1, 2, 4])
-def test_codes_that_a_curve_leaves_out_are_empty(step: int) -> None:
-    """Steps of s codes leave s - 1 of s out, between the first that occur and the last; those of
-    noise do not count, which are empty beyond."""
-    rng = np.random.default_rng(step)
-    dn = np.round(rng.normal(128, 12, (1, FRAMES, HEIGHT, WIDTH)) / step) * step
-    share = np.square(codes(Group(codes=dn.astype(np.uint8), top_dn=255, lit=True))["empty codes"])
-    assert share[0] == pytest.approx((step - 1) / step, abs=0.05)
-    assert (share[0] == 0) == (step == 1)
-
-
-@pytest.mark.parametrize("arithmetic", [0, *HALVES])
-def test_the_arithmetic_of_a_demosaicer_is_told_from_its_frames(arithmetic: int) -> None:
-    """Whole numbers with each rule for halves, and fractions; all by another program's filter."""
-    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
-    raw = np.random.default_rng(7).normal(60, 1.5, (2, 64, 64))
-    if arithmetic:
-        raw = np.round(raw)
-    filled = np.array([fill(frame, "RGGB") for frame in raw])
-    codes = HALVES.get(arithmetic, np.round)(filled).astype(np.uint8)
-    shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=2)
-    frames = Frames(dn=codes, shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
-    capture = Capture(camera="x", frames=(frames,))
-    told = arithmetic_of([codes], lattices_of(capture))
-    assert told == arithmetic
-    # a rule that frames keep is the camera's; halves to the even number may come of fractions
-    open_ones = rules_of(told)
-    assert told in open_ones
-    assert (OF_WHOLE_SAMPLES in open_ones) == (told in (IN_FRACTIONS, 2))
-    assert len(open_ones) == {IN_FRACTIONS: 7, 2: 2}.get(told, 1)
-
-
-@pytest.mark.parametrize(("steps", "rule"), [(4, OF_QUARTERS), (16, OF_SIXTEENTHS), (None, 0)])
-def test_finer_steps_are_told_by_how_wide_even_codes_are(steps: int | None, rule: int) -> None:
-    """5 quarters to 3, or 17 sixteenths to 15; with the last halves up all codes are equally wide.
-    A curve behind it leaves neither."""
-    fill = colour_demosaicing().demosaicing_CFA_Bayer_bilinear
-    rng = np.random.default_rng(9)
-    light = np.linspace(20, 180, 256) + np.linspace(0, 30, 128)[:, None]
-    raw = light + rng.normal(0, 1.5, (6, 128, 256))
-    raw = raw if steps is None else np.round(steps * raw) / steps
-    filled = np.array([fill(frame, "RGGB") for frame in raw])
-
-    def told(codes: np.ndarray) -> int:
-        shot = Shot(label="a", light=("lamp",), exposure_s=0.01, frames=6)
-        frames = Frames(dn=codes.astype(np.uint8), shot=shot, pixels="rgb8", bits=8, cfa="RGGB")
-        return arithmetic_of([frames.dn], lattices_of(Capture(camera="x", frames=(frames,))))
-
-    mosaic = Frames(
-        dn=np.round(raw).astype(np.uint8),
-        shot=Shot(label="a", light=("lamp",), exposure_s=0.01, frames=6),
-        pixels="bayer8",
-        bits=8,
-        cfa="RGGB",
-    )
-    assert arithmetic_of([mosaic.dn], lattices_of(Capture(camera="x", frames=(mosaic,)))) == rule
-    assert told(np.round(filled)) == rule
-    assert told(np.floor(filled + 0.5)) == IN_FRACTIONS
-    bent = 255 * (filled / 255) ** 0.9
-    assert told(np.round(bent)) == IN_FRACTIONS
-
-
 @pytest.mark.parametrize("period", [23.7, 3.3, 500.0])
 def test_a_wave_along_the_read_out_tells_its_period(period: float) -> None:
     """A sinusoid half as strong as the noise, found to a tenth of the frequency resolution."""
@@ -371,92 +268,6 @@ def test_the_noise_of_light_paths_is_that_of_the_blocks() -> None:
     assert ratio.min() > stats.chi2.ppf(chance, 300) / 300
     assert ratio.max() < stats.chi2.isf(chance, 300) / 300
     assert abs(ratio.mean() - 1) < 4.5 * np.sqrt(2 / 300 / ratio.size)
-
-
-@pytest.mark.parametrize("cfa", ["GBRG", "BGGR"])
-def test_colours_come_red_first_whatever_the_mosaic_begins_with(cfa: str) -> None:
-    """A frame of one value for each colour: the means of the channels are those of R, G and B."""
-    dn = np.zeros((4, HEIGHT, WIDTH), dtype=np.uint8)
-    for place, colour in enumerate(cfa):
-        dn[:, place // 2 :: 2, place % 2 :: 2] = {"R": 10, "G": 20, "B": 30}[colour]
-    sites = [
-        Lattice(name=f"{c}{k}", channel=c, dy=k // 2, dx=k % 2, step=2) for k, c in enumerate(cfa)
-    ]
-    view = View(lattices=tuple(sites), frames=4, side=4, top_dn=255)
-    seen = observe([Stack(label="lit", lit=True, groups=[dn], counted=len(dn), repeated=0)], view)
-    assert seen.channels == ("R", "G", "B")
-    assert np.allclose(seen.means[0, 0].mean(axis=1), (10, 20, 30))
-
-
-def test_a_stray_code_at_the_end_of_a_dark_changes_nothing() -> None:
-    """Darks of few codes: one sample of ten thousand that is a code further says nothing of the
-    converter's codes, and the figure stays as it was to a hundredth."""
-    rng = np.random.default_rng(3)
-    dark = np.round(2.1 + 0.3 * rng.standard_normal((4, 50, 50))).astype(np.uint8)
-    stray = dark.copy()
-    stray[0, 0, 0] = dark.max() + 1
-    for name, (plain, other) in codes(
-        Group(codes=np.array([dark, stray]), top_dn=255, lit=False)
-    ).items():
-        assert other == pytest.approx(plain, abs=0.01), name
-
-
-@pytest.mark.parametrize("size", [(48, 64), (49, 67)])
-def test_what_is_looked_at_together_is_what_is_looked_at_alone(size: tuple[int, int]) -> None:
-    """Four lattices of three shots in two calls, dark and lit, or shot by shot: the same figures,
-    however many rows and columns the mosaic has."""
-    rng = np.random.default_rng(32)
-    lattices = tuple(
-        Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
-        for name, dy, dx in (("R", 0, 0), ("G1", 0, 1), ("G2", 1, 0), ("B", 1, 1))
-    )
-    view = View(lattices=lattices, frames=4, side=8, top_dn=255)
-    stacks = [
-        Stack(
-            label=label,
-            lit=lit,
-            groups=[rng.poisson(level, (4, *size, 3)).astype(np.uint8)],
-            counted=4,
-            repeated=0,
-        )
-        for label, lit, level in (("dark", False, 9), ("dim", True, 40), ("bright", True, 90))
-    ]
-    together = observe(stacks, view)
-    looking._kept.clear()
-    for stack in stacks:
-        alone = observe([stack], view)
-        own = [k for k, key in enumerate(together.keys) if key.shot == stack.label]
-        assert [together.keys[k] for k in own] == list(alone.keys[:-2])
-        assert together.figures[0, own] == pytest.approx(alone.figures[0, :-2], rel=1e-5, abs=1e-6)
-        place = together.shots.index(stack.label)
-        assert np.array_equal(together.means[:, place], alone.means[:, 0])
-
-
-def test_frames_that_were_looked_at_are_not_looked_at_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The same codes under the same label give the same figures without a second look; one other
-    code, or a lamp, does not."""
-    looks = []
-    on_lattices = looking.on_lattices
-    monkeypatch.setattr(
-        looking, "on_lattices", lambda *known: looks.append(known) or on_lattices(*known)
-    )
-    lattices = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
-    view = View(lattices=lattices, frames=4, side=8, top_dn=255)
-    dn = np.random.default_rng(31).integers(90, 110, (4, 48, 64), dtype=np.uint8)
-
-    def seen(frames: np.ndarray, *, lit: bool) -> np.ndarray:
-        stack = Stack(label="one", lit=lit, groups=[frames], counted=len(frames), repeated=0)
-        return observe([stack], view).figures
-
-    first = seen(dn, lit=False)
-    assert np.array_equal(seen(dn.copy(), lit=False), first)
-    assert len(looks) == 1
-    dn[2, 20, 30] += 1
-    assert not np.array_equal(seen(dn, lit=False), first)
-    seen(dn, lit=True)
-    assert len(looks) == 3
 
 
 def test_skewness_of_a_pattern_without_any_is_normal() -> None:
