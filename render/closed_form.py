@@ -11,10 +11,8 @@ of two circles. Everything inside a panel is a matt plane, so defocus averages o
 in which nothing curves: E is taken at the centroid of what the barrel leaves of the disc, blurred
 edges are left out, and this image is right inside panels only.
 
-Spectra are linear between samples, so a product of three of them and the wavelength is a
-polynomial of degree 4 in each cell, which three Gauss-Legendre points integrate exactly.
-
-Nothing here is shared with the path tracer but the scene and its spectra: that is its use.
+The integral over the wavelength is that of `spectral`. Nothing here is shared with the path tracer
+but the scene and its spectra: that is its use.
 
 [1] R. W. Boyd, Radiometry and the Detection of Optical Radiation, Wiley 1983, ch. 2.
 [2] W. J. Smith, Modern Optical Engineering, 4th ed., McGraw-Hill 2008, ch. 9.
@@ -22,7 +20,6 @@ Nothing here is shared with the path tracer but the scene and its spectra: that 
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -32,45 +29,22 @@ from numpy.typing import NDArray
 from render import coat
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
+from render.spectral import channel_weights, material_rates, white_rates
 from scenes.field import WAVELENGTHS_NM, Field
 from scenes.geometry import panels, turn
 from scenes.imaging import chief_rays, real_field, smooth
 from scenes.lamp import Lamp
-from scenes.lamps import axes, emission, relative_intensity
+from scenes.lamps import axes, relative_intensity
 from scenes.lens import Lens
 from scenes.patches import patches
 from scenes.scene import Scene
-from scenes.spectra import BAND_NM, CHANNELS, Spectrum, response
+from scenes.spectra import Spectrum, response
 
 Array = NDArray[np.float64]
 
-PLANCK_J_S = 6.62607015e-34
-LIGHT_SPEED_M_PER_S = 299792458.0
-GAUSS_POINT, GAUSS_WEIGHT = np.polynomial.legendre.leggauss(3)
 TUBE_POINTS, DISK_RINGS, DISK_SPOKES = 16, 5, 12
 UP = np.array([0.0, 0.0, 1.0])
 """The direction that an upright chart faces."""
-
-
-def electrons_per_joule(quantum_efficiency: Array, nm: Array) -> Array:
-    """Electrons for a joule of light: QE lambda / (h c)."""
-    return quantum_efficiency * nm * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_PER_S)
-
-
-def spectral_integral(
-    light: Spectrum, reflectance: Spectrum | float, quantum_response: Spectrum, peak: float
-) -> float:
-    """Integral of intensity x reflectance x electrons per joule: e-/(s sr)."""
-    curves = [light, quantum_response]
-    curves += [reflectance] if isinstance(reflectance, Spectrum) else []
-    nodes = functools.reduce(np.union1d, [curve.nm for curve in curves])
-    low, high = max(c.nm[0] for c in curves[:2]), min(c.nm[-1] for c in curves[:2])
-    nodes = nodes[(nodes >= low) & (nodes <= high)]
-    half, middle = np.diff(nodes)[:, None] / 2, (nodes[1:] + nodes[:-1])[:, None] / 2
-    nm = middle + half * GAUSS_POINT
-    reflected = reflectance.at(nm) if isinstance(reflectance, Spectrum) else reflectance
-    integrand = light.at(nm) * reflected * electrons_per_joule(peak * quantum_response.at(nm), nm)
-    return float((half * GAUSS_WEIGHT * integrand).sum())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -211,29 +185,6 @@ def open_aperture(scene: Scene, slope: Array, z_m: Array | float = 0.0) -> tuple
     return np.asarray(shared / (np.pi * aperture**2)), np.asarray(1 + moved)
 
 
-def channel_weights(lamp: Lamp, curves: Mapping[str, Spectrum], nodes_nm: Array) -> Array:
-    """How each channel weighs what is linear between some wavelengths, (3, N), summing to 1."""
-    light = emission(lamp)
-    nm = np.arange(BAND_NM[0], BAND_NM[1] + 0.5, 0.5)
-    hats = np.stack([np.interp(nm, nodes_nm, row) for row in np.eye(nodes_nm.size)], axis=1)
-    seen = np.stack([light.at(nm) * curves[channel].at(nm) * nm for channel in CHANNELS])
-    return np.asarray(seen @ hats / seen.sum(axis=1, keepdims=True))
-
-
-def material_rates(
-    scene: Scene, lamp: Lamp, response_curves: Mapping[str, Spectrum] | None = None
-) -> Array:
-    """Spectral integrals of the panels, then the card and the wall, (N + 2, 3) in e-/(s sr)."""
-    light = emission(lamp)
-    curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
-    materials: list[Spectrum | float] = [patch.reflectance for patch in patches(scene.chart)]
-    materials += [scene.chart.frame_reflectance, scene.surround_reflectance]
-    peak = scene.detector.peak_quantum_efficiency
-    return np.array(
-        [[spectral_integral(light, m, curves[c], peak) for c in CHANNELS] for m in materials]
-    )
-
-
 def material_map(scene: Scene, seen: Sight) -> NDArray[np.intp]:
     """Which material each pixel's chief ray meets, by its place in `material_rates`."""
     x_m, y_m = np.broadcast_arrays(seen.card_x_m, seen.card_y_m)
@@ -250,15 +201,6 @@ def material_map(scene: Scene, seen: Sight) -> NDArray[np.intp]:
         inside = (np.abs(across) <= patch.half_width_m) & (np.abs(up) <= patch.half_height_m)
         result[inside] = index
     return result
-
-
-def white_rates(
-    scene: Scene, lamp: Lamp, response_curves: Mapping[str, Spectrum] | None = None
-) -> Array:
-    """The spectral integral of a white surface, (3,) in e-/(s sr)."""
-    curves = response_curves or response(scene.detector.response, scene.detector.infrared_cut)
-    light, peak = emission(lamp), scene.detector.peak_quantum_efficiency
-    return np.array([spectral_integral(light, 1.0, curves[c], peak) for c in CHANNELS])
 
 
 def surface(scene: Scene, lamp: Lamp, seen: Sight) -> tuple[Array | float, Array | float]:

@@ -42,12 +42,12 @@ from foundation.backend import backend
 from render import camera, plugins, stage
 from render.batches import BATCHES, Sums, batches_needed, relative_noise
 from render.camera import Sampler
-from render.closed_form import channel_weights
 from render.errors import RenderError
 from render.palette import QUANTILES, integrated, sampled, single
 from render.pupil import open_fraction
 from render.rate import RateHeader, RateImage, rate_image
 from render.record import optics, versions
+from render.spectral import channel_weights
 from scenes.field import WAVELENGTHS_NM
 from scenes.geometry import panels
 from scenes.imaging import real_field, smooth

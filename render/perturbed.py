@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from render.closed_form import material_rates
 from render.errors import RenderError
+from render.spectral import material_rates
 from scenes.lamp import Lamp
 from scenes.patches import GREY_ROW, patches
 from scenes.scene import Scene

@@ -15,17 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from render.closed_form import (
-    channel_weights,
     detector_factor,
     irradiance_factor,
     material_map,
-    material_rates,
     natural_falloff,
     sight,
     surface,
-    white_rates,
 )
 from render.rate import RateImage
+from render.spectral import channel_weights, material_rates, white_rates
 from scenes.field import WAVELENGTHS_NM
 from scenes.geometry import turn
 from scenes.patches import patches

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foundation.backend import backend, probe
+from foundation.backend import backend
 from sensor import record
 from sensor.camera import Camera
 from sensor.camera_file import load
@@ -17,8 +17,8 @@ from sensor.film import Film
 from sensor.protocol import Shot
 from sensor.signal import Signal
 from sensor.simulation import lit, pixels_of, simulate, still
+from tests.backends import BACKENDS
 
-BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 FRAMES = 11
 SHOT = Shot(label="lit", light=("lamp",), exposure_s=0.03, frames=FRAMES)
 

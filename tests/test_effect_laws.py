@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from foundation.backend import backend, probe
+from foundation.backend import backend
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -23,10 +23,10 @@ from sensor.errors import CameraError
 from sensor.protocol import Shot
 from sensor.signal import Quantity
 from sensor.simulation import pixels_of, simulate, stream_of
+from tests.backends import BACKENDS
 from tests.harness import z_limit
 
 KINDS = list(catalogue().values())
-BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 HEIGHT, WIDTH = 48, 64
 SHOT = Shot(
     label="lit",

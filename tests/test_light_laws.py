@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import constants, integrate
 
-from render import calibrate, closed_form
+from render import calibrate, closed_form, spectral
 from render.pupil import open_fraction
 from scenes.lamps import emission
 from scenes.scene import Scene, load
@@ -102,7 +102,7 @@ def test_mercury_lines_are_integrated_exactly() -> None:
     line = spectrum([500, 505, 510], [0.0, 1.0, 0.0])
     flat = spectrum([400, 700], [1.0, 1.0])
     joule = constants.h * constants.c / 505e-9
-    got = closed_form.spectral_integral(line, 1.0, flat, 1.0)
+    got = spectral.spectral_integral(line, 1.0, flat, 1.0)
     assert got == pytest.approx(5 / joule, rel=1e-12)
 
 

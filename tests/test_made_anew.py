@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foundation.backend import backend, probe
+from foundation.backend import backend
 from sensor.camera import Camera
 from sensor.camera_file import load
 from sensor.effects.adc_dnl import outcomes
@@ -19,8 +19,8 @@ from sensor.protocol import Shot
 from sensor.sampled import Sampled
 from sensor.signal import Signal
 from sensor.simulation import lit, stream_of
+from tests.backends import BACKENDS
 
-BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 WIDTHS = (32, 20, 14)
 """Runs of eight, of four and of one with a JIT backend."""
 HEIGHT, FRAMES = 18, 5

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from foundation.backend import backend, probe
+from foundation.backend import backend
 from sensor.camera_file import load
 from sensor.effects.photon_shot import PhotonShot
 from sensor.poisson import HIGHEST, SMALL_MEAN, poisson_count, steps_of, steps_reached
@@ -17,10 +17,10 @@ from sensor.protocol import Shot
 from sensor.signal import Quantity
 from sensor.simulation import lit, stream_of
 from sensor.stream import Stream
+from tests.backends import BACKENDS
 from tests.harness import SIGNIFICANCE, assert_agree
 
 MEANS = (0.01, 0.3, 2.0, 11.9, 12.1, 40.0, 900.0, 1e4, 1e5)
-BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 
 
 def counts(mean: float, where: str, size: int = 200_000) -> np.ndarray:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import ndimage, stats
 
-from foundation.backend import backend, probe
+from foundation.backend import backend
 from sensor.camera import Camera
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect
@@ -26,6 +26,7 @@ from sensor.poisson import SMALL_MEAN
 from sensor.protocol import Shot
 from sensor.signal import Quantity
 from sensor.simulation import pixels_of, simulate, stream_of
+from tests.backends import BACKENDS
 
 HEIGHT, WIDTH, FRAMES = 96, 128, 12
 EXPOSURE_S = 0.03268
@@ -33,7 +34,6 @@ BIAS_DN = 1e-3
 ROUNDING = 2.0**-24
 """Of a float32, relative: 1.5e-5 DN at 255 DN, and more than 1e-3 DN at the top of 16 bits."""
 
-BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from render.closed_form import material_rates
 from render.errors import RenderError
 from render.perturbed import KINDS, changes, perturbed
+from render.spectral import material_rates
 from scenes.errors import SpectrumError
 from scenes.scene import load
 from scenes.spectra import CHANNELS, response

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from foundation.backend import backend, probe
+from foundation.backend import backend
 from sensor.stream import Stream
+from tests.backends import BACKENDS
 from tests.harness import SIGNIFICANCE, assert_agree, z_limit
 
-BACKENDS = [name for name in ("llvm", "scalar") if probe(name).works]
 SIDE = 64
 
 
