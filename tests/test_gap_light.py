@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.gap.camera.light import light_of
-from analysis.gap.camera.surface import EVEN, surface_of
+from analysis.gap.camera.surface import EVEN, SHAPES, laid, surface_of
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
 
@@ -38,6 +38,21 @@ def test_a_surface_is_what_lens_and_lamp_make_and_not_the_dust(field_deg: float)
     assert through is not None
     left = (light * dust(0.05) / through).min()
     assert left == pytest.approx(0.95, abs=0.005)
+
+
+def test_shapes_are_a_polynomial_and_what_lenses_do_beside_it() -> None:
+    """28 products of the sixth degree, and powers of the distance that is 1 in the corners, also
+    about an axis that is not in the middle. Each is laid as it is written."""
+    assert SHAPES == 28 + 6
+    y, x = np.linspace(-1, 1, HEIGHT)[:, None], np.linspace(-1, 1, WIDTH)[None]
+    r2 = (HEIGHT**2 * y**2 + WIDTH**2 * x**2) / (HEIGHT**2 + WIDTH**2)
+    wanted = (r2**4, r2**5, y * r2**3, x * r2**3, y * r2**4, x * r2**4)
+    made = laid(np.eye(SHAPES)[:, 28:], (HEIGHT, WIDTH))
+    np.testing.assert_allclose(np.moveaxis(made, 2, 0), wanted, atol=1e-12)
+    bent = np.repeat((2 + ((1 + x + y) / 3) ** 6)[..., None], 3, axis=2).astype(np.float32)
+    found = surface_of(bent)
+    assert found is not None
+    np.testing.assert_allclose(found, bent, rtol=1e-5)
 
 
 def test_a_picture_with_an_edge_is_not_even() -> None:

@@ -25,7 +25,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of
 from analysis.gap.camera.light_ways import SHADING_PRIOR, changed, image_ways, light_ways
-from analysis.gap.camera.surface import PRODUCTS
+from analysis.gap.camera.surface import SHAPES
 from analysis.gap.camera.twin import Scenery, exposure_of, twin
 from analysis.gap.camera.twin_light import light_means
 from analysis.gap.look.observation import Observation
@@ -182,13 +182,13 @@ def test_a_clipped_block_moves_by_no_light() -> None:
 
 
 def test_any_surface_may_be_the_light_that_was_laid_through_the_frames() -> None:
-    """What ways do to blocks is what they do to rate images, seen at the level of each shot: with
-    the level of the lamp they are all polynomials of the surface's degree."""
+    """What ways do to blocks is what they do to rate images, seen at the level of each shot, to
+    single precision."""
     light = dataclasses.replace(known().scenery.light, in_electrons=False)
     scenery = dataclasses.replace(known().scenery, light=light)
     base, view = known().base, scenery.view
     ways = list(image_ways(base, scenery, known().bodies))
-    assert len(ways) == (PRODUCTS - 1) * len(base.channels) * len(light.rates)
+    assert len(ways) == (SHAPES - 1) * len(base.channels) * len(light.rates)
     amounts = 1e-3 * light.rates[LAMP].mean() * np.random.default_rng(4).normal(size=len(ways))
     shown = changed(light, light.rates, ways, amounts)
     found = np.tensordot(amounts, [way.means for way in ways], axes=1)
@@ -199,7 +199,7 @@ def test_any_surface_may_be_the_light_that_was_laid_through_the_frames() -> None
         lamp = lamp_of(shot)
         brighter = blocks_of(shown.falls[lamp] - light.rates[lamp], view, base.channels)
         dn = (base.level[lamp] * base.gain_dn_per_e)[:, None] * brighter * exposure_of(shot)
-        assert of_shot == pytest.approx(dn, abs=1e-5 * np.abs(dn).max())
+        assert of_shot == pytest.approx(dn, abs=1e-4 * np.abs(dn).max())
 
 
 def test_light_that_nobody_stated_stays_as_the_frames_show_it() -> None:

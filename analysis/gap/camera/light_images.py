@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.light import Light, Rate
-from analysis.gap.camera.surface import PRODUCTS, laid
+from analysis.gap.camera.surface import SHAPES, laid
 from analysis.gap.look.lattices import BORDER_PX
 from foundation.panel import Panel
 
@@ -35,7 +35,7 @@ class Amounts:
     Attributes:
         shading: of each shading in each colour, (shadings, 3), by lamp and by the grid that they
             are laid on; see `_shading_images`.
-        bent: of each product of a surface in each colour, (products, 3), by lamp.
+        bent: of each shape of a surface in each colour, (shapes, 3), by lamp.
         moved: of each place where the picture may lie instead.
         brighter: parts by which areas and colours are brighter.
     """
@@ -52,8 +52,8 @@ def shade(lamp: str, grid: Grid, k: int, tint: Floats | float, to: Amounts, amou
 
 
 def bend(lamp: str, k: int, channel: str, to: Amounts, amount: float) -> None:
-    """Add the k-th product of a surface to what a lamp shows in one channel."""
-    to.bent.setdefault(lamp, np.zeros((PRODUCTS, 3)))[k, colours_of(channel)] += amount
+    """Add the k-th shape of a surface to what a lamp shows in one channel."""
+    to.bent.setdefault(lamp, np.zeros((SHAPES, 3)))[k, colours_of(channel)] += amount
 
 
 def brighten(channel: str, panel: Panel | None, to: Amounts, amount: float) -> None:

@@ -25,7 +25,7 @@ from analysis.gap.camera.light_images import (
     shadings,
     with_amounts,
 )
-from analysis.gap.camera.surface import PRODUCTS, laid
+from analysis.gap.camera.surface import SHAPES, laid
 from analysis.gap.camera.twin import NOT_CLIPPED, Scenery, exposure_of
 from analysis.gap.look.observation import Observation, View
 from foundation.panel import Panel
@@ -146,14 +146,14 @@ def image_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator
 
 def surface_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
     """Changes of a surface that was laid through the frames: any other may be the light."""
-    shape = scenery.body.height, scenery.body.width
-    products = _product_blocks(shape, scenery.view, base.channels)
+    size = scenery.body.height, scenery.body.width
+    shapes = _shape_blocks(size, scenery.view, base.channels)
     for lamp in _units(base, scenery):
         dn_per_rate = base.level[lamp] * base.gain_dn_per_e
-        for k in range(1, PRODUCTS):
+        for k in range(1, SHAPES):
             for c, channel in enumerate(base.channels):
-                one = np.zeros_like(products[k])
-                one[c] = dn_per_rate[c] * products[k, c]
+                one = np.zeros_like(shapes[k])
+                one[c] = dn_per_rate[c] * shapes[k, c]
                 yield LightWay(
                     means=_everywhere({lamp: one}, scenery, reference),
                     prior=FREE,
@@ -162,10 +162,10 @@ def surface_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterat
 
 
 @functools.lru_cache(maxsize=4)
-def _product_blocks(shape: tuple[int, int], view: View, channels: tuple[str, ...]) -> Floats:
-    """Blocks of the products of a surface, (products, channels, blocks)."""
-    each = np.eye(PRODUCTS)[:, :, None].repeat(3, axis=2)
-    images = (laid(one, shape).astype(np.float32) for one in each)
+def _shape_blocks(size: tuple[int, int], view: View, channels: tuple[str, ...]) -> Floats:
+    """Blocks of the shapes of a surface, (shapes, channels, blocks)."""
+    each = np.eye(SHAPES)[:, :, None].repeat(3, axis=2)
+    images = (laid(one, size).astype(np.float32) for one in each)
     return np.array([blocks_of(image, view, channels) for image in images])
 
 
