@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from analysis.gap.camera.light import light_of
+from analysis.gap.camera.light_of_frames import shown, without_pattern
 from analysis.gap.camera.surface import EVEN, SHAPES, laid, surface_of
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
@@ -85,6 +87,39 @@ def test_pictures_that_are_even_are_judged_and_others_not(patch: float, cfa: str
     if found.known:
         rates = np.repeat(2 * level[..., None], 3, axis=2)
         np.testing.assert_allclose(found.rates["sphere"], rates, rtol=0.01)
+
+
+def test_a_picture_that_is_clipped_is_read_where_it_is_not() -> None:
+    """A patch that is full in one of two shots, and one that is full in both: the first is as
+    bright as the other shot has it, of the second nothing more is known. What is filled in from
+    clipped neighbours is not believed either."""
+    light = np.full((HEIGHT, WIDTH), 1000.0)
+    light[30:60, 40:90], light[80:100, 20:60] = 5000.0, 12000.0
+
+    def frames(unit: float) -> Frames:
+        dn = np.clip(np.round(100.0 + unit * light), 0, 4095).astype(np.uint16)[None].repeat(4, 0)
+        shot = Shot(label=f"{unit:g}", light=("sphere",), exposure_s=unit, frames=4)
+        return Frames(dn=dn, shot=shot, pixels="bayer16", bits=12, cfa="RGGB")
+
+    found = shown([(unit, frames(unit)) for unit in (0.5, 1.0)], 100.0)
+    wanted = np.where(light > 6000, (4095 - 100) / 0.5, light)
+    inside = ndimage.binary_erosion(light == 1000.0, iterations=3) | (light > 1000)
+    inside = ndimage.binary_erosion(inside, iterations=2)
+    assert found[inside] == pytest.approx(wanted[inside][:, None].repeat(3, axis=1), rel=1e-6)
+
+
+def test_the_pattern_of_photosites_goes_and_edges_stay() -> None:
+    """A response that differs by 1 %, and an edge of half the light: of the pattern a fifth is
+    left, as of a mean of 25, and a little of what varies more by chance; the edge stays, with what
+    is on it."""
+    noise = 0.01 * np.random.default_rng(8).standard_normal((HEIGHT, WIDTH, 3))
+    light = np.where(ACROSS > 0, 1000.0, 500.0)[..., None].repeat(3, axis=2)
+    found = without_pattern((light * (1 + noise)).astype(np.float32)) / light - 1
+    away = np.abs(ACROSS) > 3 / 60
+    assert 0.19 < found[away].std() / 0.01 < 0.25
+    assert found[~away].std() < 0.015
+    beside = np.abs(ACROSS) < 2 / 60
+    assert found[beside] == pytest.approx(noise[beside], abs=0.004)
 
 
 def test_light_is_read_from_the_shots_that_show_it() -> None:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from analysis.gap.camera.light_of_frames import clear, plane, shown, without_pattern
 from analysis.gap.camera.surface import surface_of
 from foundation.panel import Panel
 from render import path_traced
 from render.rate import RateImage
 from scenes import scene as scenes
-from sensor.demosaicers import colour_demosaicing
 from sensor.errors import CaptureError
 from sensor.frames import Capture, Frames
 from sensor.protocol import DARK, Shot
@@ -34,12 +34,6 @@ patches meet it is a hundred times that, which is counted; see `Light.noise`."""
 USUAL_PX = 640 * 480
 MOST_TIMES = 4
 """Smaller pictures get so many times the paths: fewer pixels average them."""
-
-PICTURE_FRAMES = 32
-"""Frames from which a picture is read."""
-
-CLEAR_OF_THE_TOP = 0.9
-"""Pixels that are brighter may be clipped, and are not compared."""
 
 LEAST_CLEAR = 0.1
 """Part of the pixels that tell whether a picture shows a scene."""
@@ -143,7 +137,7 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
         light = _known(lit, images, rendered, 1 + paths / PATHS, source)
         _refuse_another_scene(capture, light, black_dn)
         return light
-    averaged = _from_frames(lit, black_dn)
+    averaged = {lamp: shown(shots, black_dn) for lamp, shots in _by_lamp(lit).items()}
     surfaces = {lamp: surface_of(image) for lamp, image in averaged.items()}
     even = {lamp: rate for lamp, rate in surfaces.items() if rate is not None}
     if len(even) == len(averaged) > 0:
@@ -156,7 +150,7 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
             source="a surface through the even pictures of the frames",
         )
     return Light(
-        rates={lamp: _without_pattern(image) for lamp, image in averaged.items()},
+        rates={lamp: without_pattern(image) for lamp, image in averaged.items()},
         noise={},
         panels=(),
         known=False,
@@ -217,9 +211,9 @@ def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> No
                 f"expected {f.width} x {f.height} as its frames have",
                 "correct 'rate', or leave it out",
             )
-        seen = ndimage.uniform_filter(_plane(f, black_dn)[..., 1], 4)[::4, ::4]
+        seen = ndimage.uniform_filter(plane(f, black_dn)[..., 1], 4)[::4, ::4]
         expected = ndimage.uniform_filter(rate[..., 1], 4)[::4, ::4]
-        likeness = _likeness(seen, expected, seen < CLEAR_OF_THE_TOP * (f.top_dn - black_dn))
+        likeness = _likeness(seen, expected, clear(seen, f, black_dn))
         if likeness is not None:
             best[lamp] = max(best.get(lamp, (-1.0, "")), (likeness, f.shot.label))
     for found, label in best.values():
@@ -241,37 +235,10 @@ def _likeness(seen: Rate, expected: Rate, clear: NDArray[np.bool_]) -> float | N
     return float(np.corrcoef(seen, expected)[0, 1])
 
 
-def _from_frames(lit: list[Frames], black_dn: float) -> dict[str, Rate]:
-    """What the frames show, in DN per second at level 1: the line through black that is nearest to
-    all shots of a lamp. The pattern of a dark frame is twenty times the picture of a faint shot as
-    a part of it, so that no mean of such parts would do."""
-    sums: dict[str, list[tuple[float, Rate]]] = {}
+def _by_lamp(lit: list[Frames]) -> dict[str, list[tuple[float, Frames]]]:
+    """Shots of each lamp with how much light they had, in seconds at level 1."""
+    shots: dict[str, list[tuple[float, Frames]]] = {}
     for f in lit:
-        plane = _plane(f, black_dn)
         unit = max(level_of(f.shot) * f.shot.exposure_s, 1e-9)
-        if float((plane >= f.top_dn - black_dn).mean()) < 0.01 or lamp_of(f.shot) not in sums:
-            sums.setdefault(lamp_of(f.shot), []).append((unit, plane))
-    return {
-        lamp: _sum([np.float32(unit) * plane for unit, plane in seen])
-        / np.float32(sum(unit**2 for unit, _ in seen))
-        for lamp, seen in sums.items()
-    }
-
-
-def _without_pattern(image: Rate) -> Rate:
-    """A picture smoothed over the pixels' own pattern, edges as blurred as they are."""
-    return np.asarray(np.clip(ndimage.median_filter(image, (5, 5, 1)), 0, None))
-
-
-def _plane(frames: Frames, black_dn: float) -> Rate:
-    """Mean of the first frames above black, in three colours, (H, W, 3)."""
-    mean = np.asarray(frames.dn[:PICTURE_FRAMES]).mean(axis=0, dtype=np.float32)
-    mean = mean - np.float32(black_dn)
-    if mean.ndim == 3:
-        return np.asarray(mean)
-    if frames.cfa is None:
-        return np.repeat(mean[..., None], 3, axis=2)
-    # mirrored about the outermost samples, as the mosaic goes on
-    wider = np.pad(mean, 2, mode="reflect")
-    three = colour_demosaicing().demosaicing_CFA_Bayer_bilinear(wider, frames.cfa)
-    return np.asarray(three[2:-2, 2:-2], dtype=np.float32)
+        shots.setdefault(lamp_of(f.shot), []).append((unit, f))
+    return shots
