@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.camera.base import Base
+from analysis.gap.camera.light import light_of
 from analysis.gap.look.curve import powered
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
@@ -21,8 +22,9 @@ from analysis.gap.ready.setting import Setting, black_of_frames
 from sensor.frames import Frames
 
 
-def unbent(setting: Setting, told: Told) -> Base:
-    """The base by moments of frames without the curve that they tell.
+def unbent(setting: Setting, told: Told) -> Told:
+    """A curve with where the camera begins in front of it: the base by moments of frames without
+    it, under light as these show it where nobody stated any.
 
     A curve that is strong changes gain and noise from level to level, so that the base calibrated
     without it is no place to begin.
@@ -34,8 +36,14 @@ def unbent(setting: Setting, told: Told) -> Base:
     exponent = told.hints["exponent"]
     assert isinstance(exponent, float), "a curve is the same in all colours"
     origin_dn = 0.0 if "about_black" in told.hints else setting.black_dn
-    straight = [_through(f, 1.0 / exponent, origin_dn) for f in setting.key_frames]
-    return _by_moments_of(setting, straight)
+    straight = tuple(_through(f, 1.0 / exponent, origin_dn) for f in setting.key_frames)
+    if setting.scenery.light.in_electrons:
+        return dataclasses.replace(told, base=_by_moments_of(setting, straight))
+    capture = dataclasses.replace(setting.capture, frames=straight)
+    light = light_of(capture, {}, black_of_frames(straight))
+    scenery = dataclasses.replace(setting.scenery, light=light)
+    begun = dataclasses.replace(setting, scenery=scenery)
+    return dataclasses.replace(told, base=_by_moments_of(begun, straight), scenery=scenery)
 
 
 def unmixed(setting: Setting, told: Told) -> Base:

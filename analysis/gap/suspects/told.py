@@ -72,7 +72,7 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
     if disc := soft(base):
         told[DefocusError.name] = disc
     if curve := told.get(Gamma.name):
-        told[Gamma.name] = dataclasses.replace(curve, base=unbent(setting, curve))
+        told[Gamma.name] = unbent(setting, curve)
     if steps := told.get(BitTruncation.name):
         told[BitTruncation.name] = dataclasses.replace(
             steps, base=behind_steps(setting, steps, base)
