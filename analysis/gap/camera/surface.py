@@ -89,8 +89,8 @@ def _polynomials(size: int) -> Floats:
 def _shapes(height: int, width: int) -> Floats:
     """The shapes as sums of products of Legendre polynomials, (shapes, degrees, degrees).
 
-    With these the free ones are nearly independent of each other. The squared distance from the
-    middle is 1 in the corners.
+    What lenses do is laid without what the free ones are able to do: least of all is it a level.
+    The squared distance from the middle is 1 in the corners.
     """
     of_powers = np.zeros(LOW.shape)
     for power, row in enumerate(of_powers):
@@ -99,7 +99,8 @@ def _shapes(height: int, width: int) -> Floats:
     free[np.arange(len(free)), *np.nonzero(LOW)] = 1.0
     r2 = np.zeros((3, 3))
     r2[2, 0], r2[0, 2] = np.array([height**2, width**2]) / (height**2 + width**2)
-    return np.array([*free, *(of_powers.T @ _lens(r2, *one) @ of_powers for one in OF_A_LENS)])
+    lenses = np.array([of_powers.T @ _lens(r2, *one) @ of_powers for one in OF_A_LENS])
+    return np.concatenate([free, np.where(LOW, 0.0, lenses)])
 
 
 def _lens(r2: Floats, y: int, x: int, times: int) -> Floats:
