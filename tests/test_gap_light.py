@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from analysis.gap.camera.light import light_of
-from analysis.gap.camera.light_of_frames import shown, without_pattern
+from analysis.gap.camera.light_of_frames import light_shown, without_pattern
 from analysis.gap.camera.surface import EVEN, SHAPES, laid, surface_of
 from sensor.frames import Capture, Frames
 from sensor.protocol import Shot
@@ -106,7 +106,7 @@ def test_a_picture_that_is_clipped_is_read_where_it_is_not() -> None:
         shot = Shot(label=f"{unit:g}", light=("sphere",), exposure_s=unit, frames=4)
         return Frames(dn=dn, shot=shot, pixels="bayer16", bits=12, cfa="RGGB")
 
-    found = shown([(unit, frames(unit)) for unit in (0.5, 1.0)], 100.0)
+    found = light_shown([(unit, frames(unit)) for unit in (0.5, 1.0)], 100.0)
     wanted = np.where(light > 6000, (4095 - 100) / 0.5, light)
     inside = ndimage.binary_erosion(light == 1000.0, iterations=3) | (light > 1000)
     inside = ndimage.binary_erosion(inside, iterations=2)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from analysis.gap.camera.light_of_frames import clear, plane, shown, without_pattern
+from analysis.gap.camera.light_of_frames import clear, light_shown, plane, without_pattern
 from analysis.gap.camera.surface import surface_of
 from foundation.panel import Panel
 from render import path_traced
@@ -137,7 +137,7 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
         light = _known(lit, images, rendered, 1 + paths / PATHS, source)
         _refuse_another_scene(capture, light, black_dn)
         return light
-    averaged = {lamp: shown(shots, black_dn) for lamp, shots in _by_lamp(lit).items()}
+    averaged = {lamp: light_shown(shots, black_dn) for lamp, shots in _by_lamp(lit).items()}
     surfaces = {lamp: surface_of(image) for lamp, image in averaged.items()}
     even = {lamp: rate for lamp, rate in surfaces.items() if rate is not None}
     if len(even) == len(averaged) > 0:
@@ -226,10 +226,10 @@ def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> No
             )
 
 
-def _likeness(seen: Rate, expected: Rate, clear: NDArray[np.bool_]) -> float | None:
+def _likeness(seen: Rate, expected: Rate, unclipped: NDArray[np.bool_]) -> float | None:
     """Correlation of a picture with its light where it is clear; None where that tells nothing."""
-    seen, expected = seen[clear], expected[clear]
-    tells = clear.mean() >= LEAST_CLEAR and seen.mean() > LEAST_SEEN_DN
+    seen, expected = seen[unclipped], expected[unclipped]
+    tells = unclipped.mean() >= LEAST_CLEAR and seen.mean() > LEAST_SEEN_DN
     if not tells or seen.std() == 0 or expected.std() < LEAST_CONTRAST * expected.mean():
         return None
     return float(np.corrcoef(seen, expected)[0, 1])

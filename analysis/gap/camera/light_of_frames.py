@@ -65,7 +65,7 @@ def clear(picture: Rate, frames: Frames, black_dn: float) -> NDArray[np.bool_]:
     return np.asarray(picture < CLEAR_OF_THE_TOP * (frames.top_dn - black_dn))
 
 
-def shown(shots: Sequence[tuple[float, Frames]], black_dn: float) -> Rate:
+def light_shown(shots: Sequence[tuple[float, Frames]], black_dn: float) -> Rate:
     """What shots of one lamp show of its light, in DN for one unit of it, (H, W, 3).
 
     The line through black that is nearest to all that are not clipped; where all are, the faintest.

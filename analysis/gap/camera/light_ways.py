@@ -164,9 +164,9 @@ def surface_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterat
 @functools.lru_cache(maxsize=4)
 def _shape_blocks(size: tuple[int, int], view: View, channels: tuple[str, ...]) -> Floats:
     """Blocks of the shapes of a surface, (shapes, channels, blocks)."""
-    each = np.eye(SHAPES)[:, :, None].repeat(3, axis=2)
-    images = (laid(one, size).astype(np.float32) for one in each)
-    return np.array([blocks_of(image, view, channels) for image in images])
+    images = (laid(one[:, None], size).astype(np.float32) for one in np.eye(SHAPES))
+    alike = (np.broadcast_to(image, (*size, 3)) for image in images)
+    return np.array([blocks_of(image, view, channels) for image in alike])
 
 
 def stated_ways(base: Base, scenery: Scenery, reference: Observation) -> Iterator[LightWay]:
