@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -87,6 +88,22 @@ def test_what_leaves_chance_alone_is_taken_whatever_the_first_left() -> None:
             found, step(first, 0.01), step(second, -0.05, ends), step(second, 0.008)
         )
         assert (again is not None) is not ends
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_where_nothing_is_left_the_first_effect_gives_way_to_what_fits_better(better: bool) -> None:
+    """Scores alone tell little of two that fit: beside a converter's steps a veil scored more than
+    a gamma, which left less."""
+    other = dataclasses.replace(candidate(OTHER, 197.0), misfit=0.96 if better else 1.01)
+    own = dataclasses.replace(candidate(FIRST, 160.0), misfit=0.97)
+    first, second = candidate(FIRST, 535.0), candidate("nonlinearity", 310.0)
+    again = _chosen_again(
+        search([other, own], 1e-6, -0.05, ends=True),
+        step(first, 0.01),
+        step(second, -0.05, True),
+        step(second, -0.01),
+    )
+    assert (again is not None) is better
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,11 @@ from numpy.typing import NDArray
 from analysis.gap.look.lattices import SITES, Lattice
 from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.verdict import trust
+from sensor.effect import Effect
+from sensor.effects.adc_dnl import AdcDnl
+from sensor.effects.gamma import Gamma
+from sensor.effects.interference import Interference
+from sensor.effects.jpeg import Jpeg
 
 LATTICES = tuple(
     Lattice(name=name, channel=name[0], dy=dy, dx=dx, step=2)
@@ -58,5 +63,16 @@ def test_codes_that_are_left_out_behind_the_colours_are_told(
         scenery=SimpleNamespace(view=view),
     )
     most = trust.MOST_AGAINST if behind else 1.0
-    assert trust.most_of_a_converter("adc_dnl", setting) == most
-    assert trust.most_of_a_converter("bit_truncation", setting) == 1.0
+    assert trust.most_of_a_converter("adc_dnl", (), setting) == most
+    assert trust.most_of_a_converter("bit_truncation", (), setting) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("other", "most"),
+    [(Gamma(), trust.MOST_AGAINST), (Jpeg(), trust.MOST_AGAINST), (Interference(), 1.0)],
+)
+def test_what_is_done_to_pictures_hides_how_a_converter_counts(other: Effect, most: float) -> None:
+    nothing: Any = SimpleNamespace(
+        key_frames=[], scenery=SimpleNamespace(view=SimpleNamespace(lattices=LATTICES, top_dn=255))
+    )
+    assert trust.most_of_a_converter("adc_dnl", (other, AdcDnl()), nothing) == most
