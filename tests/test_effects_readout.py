@@ -114,41 +114,48 @@ def test_blanking_turns_a_wave_from_row_to_row_and_jitter_from_frame_to_frame() 
     assert apart[1.0] < 12  # exponential, of mean 1: 6e-6
 
 
-def test_flicker_noise_has_equal_power_in_every_octave() -> None:
-    sigma, height, width = 60.0, 64, 128
-    octaves = int(math.log2(height * width))
-    white = 1 / math.log(2)
-    edges = 0.5 / 2.0 ** np.arange(9)[::-1]
+def of_traps(k: Array, slowest_turns: float) -> Array:
+    """Weights of waves of k turns that traps up to a time constant give them."""
+    return np.asarray(np.arctan(2 * np.pi * k * slowest_turns) / k)
 
-    def spectrum(f: Array) -> Array:
-        """Of the sum of holds, plus the bench's read noise: two-sided, per pixel."""
-        holds = sum(
-            np.sin(np.pi * f * 2**j) ** 2 / (2**j * np.sin(np.pi * f) ** 2)
-            for j in range(1, octaves)
-        )
-        return sigma**2 / (octaves - 1 + white) * (white + holds) + READ_E**2 + ROUNDING
+
+@pytest.mark.parametrize("slowest_rows", [1000.0, 2.0])
+def test_flicker_noise_has_equal_power_in_every_octave(slowest_rows: float) -> None:
+    sigma, height, width = 60.0, 64, 128
+    turns = np.arange(1, height * width // 2)
+    law = of_traps(turns, slowest_rows / height)
+    law *= sigma**2 * height * width / (2 * law.sum())
+    edges = height * width // 2 ** np.arange(1, 10)[::-1]
 
     def figures(frames: Array) -> Figures:
+        """Of each octave, two-sided, per pixel: the law and the bench's read noise."""
         series = frames.reshape(len(frames), -1)
-        n = series.shape[1]
-        window = np.hanning(n) * math.sqrt(8 / 3)
-        power = np.abs(np.fft.rfft(series * window)) ** 2 / n
-        f = np.fft.rfftfreq(n)
-        bands = [(f > low) & (f <= high) for low, high in itertools.pairwise(edges)]
-        measured, error = by_frame(np.stack([power[:, band].mean(1) for band in bands], axis=1))
-        return measured, [spectrum(f[band]).mean() for band in bands], error
+        power = np.abs(np.fft.rfft(series)) ** 2 / series.shape[1]
+        bands = list(itertools.pairwise(edges))
+        measured, error = by_frame(np.stack([power[:, a:b].mean(1) for a, b in bands], axis=1))
+        expected = [law[a - 1 : b - 1].mean() for a, b in bands]
+        return measured, np.array(expected) + READ_E**2 + ROUNDING, error
 
     rate = flat(0.0, height, width)
-    real = frames_of(FlickerNoise(sigma_e=sigma), rate=rate, frames=128)
+    effect = FlickerNoise(sigma_e=sigma, slowest_rows=slowest_rows)
+    real = frames_of(effect, rate=rate, frames=128)
     tells_apart(figures, real, frames_of(independent(sigma), rate=rate, frames=128))
 
-    measured, _, error = figures(real)
-    octave = np.log(edges[1:])
-    slope = np.polyfit(octave, np.log(measured - READ_E**2 - ROUNDING), 1)[0]
-    leverage = (octave - octave.mean()) / np.sum((octave - octave.mean()) ** 2)
-    slope_error = np.sqrt(np.sum((leverage * error / measured) ** 2))
-    ripple = 0.14 * np.abs(leverage).max()  # one band, at the end of the fit, that is off by 14 %
-    assert abs(slope + 1) < ripple + 4 * slope_error
+
+def test_a_clamp_takes_the_mean_of_every_frame_off_or_none_of_it() -> None:
+    sigma, height, width, slowest_rows = 60.0, 16, 128, 8.0
+    pixels = height * width
+    noise = (READ_E**2 + ROUNDING) / pixels
+    k = np.arange(1, pixels + 1)
+    power = of_traps(k, slowest_rows / (2 * height))
+    seen = np.sin(np.pi * k / 2) / (pixels * np.sin(np.pi * k / (2 * pixels)))
+    wander = sigma**2 * np.sum(power * seen**2) / np.sum(power)
+    assert wander > 50 * noise
+    for clamped, expected in ((1.0, noise), (0.0, noise + wander)):
+        effect = FlickerNoise(sigma_e=sigma, slowest_rows=slowest_rows, clamped=clamped)
+        means = frames_of(effect, rate=flat(0.0, height, width), frames=512).mean((1, 2))
+        error = variance_error(expected, means.size)
+        assert_agree([np.mean(means**2)], [expected], [error], f"clamped {clamped:g}")
 
 
 def test_black_level_drift_is_remembered_down_the_rows() -> None:
