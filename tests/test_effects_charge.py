@@ -161,6 +161,26 @@ def test_blooming_fills_the_column_to_full_well_and_keeps_its_charge() -> None:
     assert_agree(got, -0.75 * excess.sum((1, 2)), math.sqrt(640 / 6 + 0.75**2 * 80 * NOISE))
 
 
+def test_a_drain_on_the_way_leaves_the_ends_what_a_few_rows_spill() -> None:
+    full, dim, excess, high, reach = 14_000.0, 4000.0, 2000.0, 20, 3.0
+    image = np.full((64, 96), dim)
+    image[22 : 22 + high] = full + excess
+    passing = math.exp(-1 / reach)
+    runs_out = excess / 2 * (1 - passing**high) / (1 - passing)
+
+    def check(frames: Array) -> None:
+        beside = np.stack([frames[:, 21].ravel(), frames[:, 22 + high].ravel()])
+        variance = dim + NOISE + (full + excess) / 4 / (1 - passing**2)
+        assert_agree(beside.mean(1), dim + runs_out, math.sqrt(variance / beside[0].size), "ends")
+        assert_agree(frames[:, :20].mean(), dim, math.sqrt((dim + NOISE) / frames[:, :20].size))
+
+    rate = rate_of(image)
+    effect = Blooming(full_well_e=full, drained=0.0, reach_rows=reach)
+    check(frames_of(effect, rate=rate, frames=64))
+    must_fail(check, frames_of(Blooming(full_well_e=full, drained=0.0), rate=rate, frames=64))
+    must_fail(check, frames_of(Blooming(full_well_e=full, drained=0.3), rate=rate, frames=64))
+
+
 def test_image_lag_remembers_in_time_and_not_in_space() -> None:
     light, f = 9000.0, 0.1
     effect = ImageLag(fraction=f)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -17,15 +18,17 @@ class Blooming(Effect):
     """A full photosite spills into those above and below it; channel stops shut off the sides.
 
     Of the charge above full well the anti-blooming drain takes its share; half of the rest runs
-    down the column and half up. Running charge fills whatever room it meets,
+    down the column and half up. Running charge fills whatever room it meets, and of what runs on
+    through a full photosite the drain takes some again,
 
-        carry_y = max(carry_(y-1) + spill_y - room_y, 0),
+        carry_y = exp(-1 / L) max(carry_(y-1) - room_y, 0) + spill_y,
 
     first down, then up into the room that is left. What reaches the end of the column is lost.
 
     Consequence: without a drain every column keeps its charge; trails stand at full well exactly,
     equally long up and down, and no column beside the light changes. A blur crosses columns, and
-    clipping loses charge.
+    clipping loses charge. With one, h full rows that spill s each give (1 - r^h) / (1 - r) s away
+    at each end, r = exp(-1 / L): a large patch no more than one of some L rows.
     """
 
     name: ClassVar[str] = "blooming"
@@ -50,6 +53,15 @@ class Blooming(Effect):
         maximum=1.0,
         starts=(0.8, 0.0),
         doc="share of the charge above full well that the anti-blooming drain takes",
+    )
+
+    reach_rows: float = parameter(
+        1e6,
+        unit="rows",
+        minimum=0.5,
+        maximum=1e6,
+        starts=(1e6, 5.0),
+        doc="rows in which running charge falls to 1/e where the drain takes of it on the way",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
@@ -78,7 +90,7 @@ class Blooming(Effect):
         lane = dr.arange(index, frames * width)
         frame = lane // width
         column = lane + frame * (width * (height - 1))
-        share = (1.0 - self.drained) / 2
+        share, passing = (1.0 - self.drained) / 2, math.exp(-1.0 / self.reach_rows)
 
         def go_on(y: Any, carry: Any) -> Any:
             return y < height
@@ -86,12 +98,10 @@ class Blooming(Effect):
         def step(y: Any, carry: Any) -> tuple[Any, Any]:
             at = column + (height - 1 - y if upwards else y) * width
             before = dr.gather(flat, held, at)
-            arriving = carry + share * dr.maximum(
-                dr.gather(flat, charge, at) - self.full_well_e, 0.0
-            )
-            kept = dr.minimum(arriving, self.full_well_e - before)
+            spilt = share * dr.maximum(dr.gather(flat, charge, at) - self.full_well_e, 0.0)
+            kept = dr.minimum(carry, self.full_well_e - before)
             dr.scatter(out, before + kept, at)
-            return y + 1, arriving - kept
+            return y + 1, passing * (carry - kept) + spilt
 
         # one lane a column; without a compiler the rows are counted in Python
         first = dr.zeros(index, dr.width(lane)) if dr.is_jit_v(flat) else 0

@@ -21,6 +21,10 @@ Floats = NDArray[np.float64]
 USUALLY_DRAINED = 0.8
 """Part of what is too much that a drain takes, where a search begins; then none."""
 
+SHORT_ROWS = 5.0
+"""How far what runs over gets where the drain takes it on the way, where a search begins at last.
+Charge that runs for a while and is lost then gets as far."""
+
 
 def brimful(setting: Setting) -> Told | None:
     """Where a search for the charge of full photosites begins, and the camera that is told by what
@@ -50,7 +54,8 @@ def brimful(setting: Setting) -> Told | None:
         scenery=setting.scenery,
     )
     all_stays = dataclasses.replace(begin, hints={**begin.hints, "drained": 0.0})
-    return dataclasses.replace(begin, instead=all_stays)
+    ends_soon = dataclasses.replace(all_stays, hints={**all_stays.hints, "reach_rows": SHORT_ROWS})
+    return dataclasses.replace(begin, instead=dataclasses.replace(all_stays, instead=ends_soon))
 
 
 def _as_full(base: Base, above_dn: Floats, charge_e: float) -> Base:

@@ -146,11 +146,12 @@ def _as_told(case: Case, found: Evidence, told: Told, to_beat: float) -> Candida
         to_beat: misfit of the best of those that were calibrated before.
     """
     best = _by(told, anew(case, _as_it_is(case, found), found.effect, told, to_beat))
-    if told.instead is None or best.misfit <= MISFIT:
-        return best
-    first = as_hinted(found.effect, told.instead.hints)
-    other = anew(case, best, first, told.instead, min(to_beat, best.misfit))
-    return min(best, _by(told.instead, other), key=lambda one: one.misfit)
+    while told.instead is not None and best.misfit > MISFIT:
+        told = told.instead
+        first = as_hinted(found.effect, told.hints)
+        other = anew(case, best, first, told, min(to_beat, best.misfit))
+        best = min(best, _by(told, other), key=lambda one: one.misfit)
+    return best
 
 
 def as_hinted(effect: Effect, hints: Hints) -> Effect:
