@@ -22,8 +22,8 @@ USUALLY_DRAINED = 0.8
 """Part of what is too much that a drain takes, where a search begins; then none."""
 
 SHORT_ROWS = 5.0
-"""How far what runs over gets where the drain takes it on the way, where a search begins at last.
-Charge that runs for a while and is lost then gets as far."""
+"""Where a search begins at last: how far charge gets that the drain takes on the way. Charge that
+runs for a while and is then lost gets as far."""
 
 
 def brimful(setting: Setting) -> Told | None:
