@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
@@ -69,25 +69,32 @@ class FlickerNoise(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
+        import cv2
+
         frames, height, width = len(signal.frames), *signal.shape[1:3]
         pixels = height * width
         length = pixels if self.clamped else 2 * pixels
-        drawn = np.asarray(stream.normal(length // 2, 2).numpy()).reshape(frames, -1)
-        waves = np.zeros((frames, length // 2 + 1), dtype=np.complex64)
-        sizes = _sizes(length, self.slowest_rows * width)
-        np.multiply(drawn.view(np.complex64), sizes, out=waves[:, 1:])
-        noise = fft.irfft(waves, length)[:, :pixels].reshape(frames, height, width)
+        waves = np.asarray(stream.normal(length).numpy()).reshape(frames, length)
+        waves *= _amplitudes(length, self.slowest_rows * width)
+        cv2.dft(waves, waves, cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_REAL_OUTPUT)
+        seen = waves[:, :pixels].reshape(frames, height, width)
         return signal.pointwise(
             lambda e, sigma, noise: e + sigma * noise,
             self.sigma_e,
-            signal.backend.tensor(noise),
+            signal.backend.tensor(seen),
         )
 
 
-def _sizes(length: int, slowest_px: float) -> NDArray[np.float32]:
-    """What the standard normal parts of each wave are multiplied by, from one turn on."""
+@functools.lru_cache(maxsize=4)
+def _amplitudes(length: int, slowest_px: float) -> NDArray[np.float32]:
+    """What the standard normal numbers of a frame are multiplied by.
+
+    They are the spectrum as OpenCV packs that of real numbers: 0, a_1, b_1, a_2, b_2 and so on; an
+    even length ends with a_k of the fastest wave, which is a cosine alone. Each a_k and b_k stands
+    for k and -k, hence one half; the last stands for itself.
+    """
     k = np.arange(1, length // 2 + 1)
     power = np.arctan(2 * np.pi * k * slowest_px / length) / k
-    # the fastest wave of an even number of pixels is a cosine alone
-    whole = np.sum(np.where(2 * k == length, 0.25, 1.0) * power)
-    return (0.5 * length * np.sqrt(power / whole)).astype(np.float32)
+    each = np.sqrt(power / np.sum(power)) / np.where(2 * k == length, 1.0, 2.0)
+    packed = np.concatenate([[0.0], np.repeat(each, 2)])
+    return packed[:length].astype(np.float32)
