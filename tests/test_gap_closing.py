@@ -11,13 +11,10 @@ import pytest
 
 from analysis.gap.look.families import IMAGE
 from analysis.gap.look.observation import Key
-from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.verdict import closing, trail
 from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt, too_wide
-from analysis.gap.verdict.confirm import _far_nearer, _rivals
 from analysis.gap.verdict.later import deserves, earned, instead_of_it, leads
-from analysis.gap.verdict.step import nearer
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
 
@@ -265,69 +262,6 @@ def test_scatter_accounts_for_itself_and_width_does_not(
     found = dataclasses.replace(candidate("row_noise", 900.0), misfit=gap + 1.5)
     now, after = against(1.0, seen, gap, family), against(4.0, seen, 0.0, family, p_left)
     assert accounts(found, now, after) is believed
-
-
-def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
-    """Unless it makes bodies differ: it was fitted in a space of its own, and others' errors say
-    nothing of it."""
-    best, near, far, drawn = (
-        dataclasses.replace(candidate(name, score), misfit=misfit)
-        for name, score, misfit in (
-            ("gamma", 900.0, 1.2),
-            ("jpeg", 500.0, 1.5),
-            ("veiling_glare", 600.0, 3.1),
-            ("dust_shadow", 400.0, 3.1),
-        )
-    )
-    drawn = dataclasses.replace(drawn, model=SimpleNamespace())
-    assert _rivals([best, far, near, drawn]) == [near, drawn]
-
-
-def test_one_that_fits_is_a_rival_of_one_that_does_not() -> None:
-    """Whatever its score: where whole frames wander, errors that know of no wander count it as
-    nothing. But nothing at all is no suspect, and one that fits needs no other."""
-
-    def one(name: str, score: float, misfit: float) -> Candidate:
-        return dataclasses.replace(candidate(name, score), misfit=misfit)
-
-    best, fits = one("flicker_noise", 1300.0, 1.27), one("black_level_drift", 75.0, 1.14)
-    likewise, nothing = one("row_noise", 80.0, 1.19), one("interference", 2.0, 1.0)
-    assert _rivals([best, likewise, fits, nothing]) == [fits]
-    assert _rivals([dataclasses.replace(best, misfit=1.2), likewise, fits, nothing]) == []
-
-
-def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken() -> None:
-    """The total of thousands of figures hides a family that is off; of a large gap it does not."""
-
-    def step(total: float, chance: float) -> Any:
-        far = SimpleNamespace(total=total, p_by_family={"rows": chance, "codes": 0.5})
-        return SimpleNamespace(left=SimpleNamespace(held=far, whole=far))
-
-    hides, even = step(-0.04, 1e-23), step(0.01, 0.3)
-    assert nearer(hides, even) is even
-    assert nearer(even, hides) is even
-    large, larger = step(0.5, 1e-90), step(0.8, 1e-40)
-    assert nearer(larger, large) is large
-    assert nearer(even, large) is even
-
-
-@pytest.mark.parametrize(
-    ("total", "chance", "instead"),
-    [
-        (0.004, 1e-9, True),
-        (0.02, 1e-9, False),  # more than a fifth is left
-        (0.004, 1e-30, False),  # a family is off beyond doubt, as it is with the best
-    ],
-)
-def test_a_rival_that_leaves_nothing_beyond_doubt_takes_the_place_of_one_that_does(
-    total: float, chance: float, instead: bool
-) -> None:
-    def left(total: float, chance: float) -> Any:
-        far = SimpleNamespace(total=total, p_by_family={"rows": chance, "codes": 0.5})
-        return SimpleNamespace(held=far, whole=far)
-
-    assert _far_nearer(left(total, chance), left(0.045, 1e-40)) is instead
-    assert not _far_nearer(left(total, chance), left(0.045, 1e-3))
 
 
 @pytest.mark.parametrize(

@@ -120,13 +120,16 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Each has its own spectrum: what is left of one speaks for the next, if that has a part of its
-    score. Where nothing is left, and of other effects, a name is believed."""
+    score and was not tried in vain. Where nothing is left, and of other effects, a name is
+    believed."""
     monkeypatch.setattr(trust, "against", lambda before, after: ())
 
-    def most(name: str, word: str, rival: str = "row_noise", score: float = 300.0) -> float:
+    def most(
+        name: str, word: str, rival: str = "row_noise", score: float = 300.0, beaten: str = ""
+    ) -> float:
         best = candidate(name, 900.0)
         found: Any = SimpleNamespace(
-            choices=(SimpleNamespace(best=best),),
+            choices=(SimpleNamespace(best=best, beaten=frozenset({beaten})),),
             candidates=(best, candidate(rival, score)),
             measured=(None, None),
         )
@@ -135,6 +138,7 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
     assert most("flicker_noise", "partly explained") == trust.MOST_AGAINST < trust.LIKELIER
     assert most("flicker_noise", "partly explained", score=200.0) == trust.MOST_IN_PART
     assert most("flicker_noise", "partly explained", "interference") == trust.MOST_IN_PART
+    assert most("flicker_noise", "partly explained", beaten="row_noise") == trust.MOST_IN_PART
     assert most("flicker_noise", "explained") == trust.MOST_CERTAIN
     assert most("interference", "partly explained") == trust.MOST_IN_PART
 

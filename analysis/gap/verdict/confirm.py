@@ -151,6 +151,7 @@ def likeliest_step(
         return step
     # where the best is wrong beyond doubt, a rival may leave a little
     enough = NEARLY_CLOSED if not_it or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
+    beaten = set()
     for other in _rivals(candidates):
         instead = with_it(setting, model, now, choice.instead(other), watch)
         if _is_no_cause(instead, now):
@@ -159,16 +160,19 @@ def likeliest_step(
             return dataclasses.replace(instead, ends=True)
         if not not_it and _far_nearer(instead.left, step.left):
             return instead
-    return None if not_it else step
+        if _far_nearer(step.left, instead.left):
+            beaten.add(other.name)
+    first = dataclasses.replace(step.choice, beaten=frozenset(beaten))
+    return None if not_it else dataclasses.replace(step, choice=first)
 
 
-def _far_nearer(other: Measured, best: Measured) -> bool:
-    """Whether a model leaves hardly anything of what the best leaves, and that is wrong beyond
+def _far_nearer(one: Measured, other: Measured) -> bool:
+    """Whether a model leaves hardly anything of what another one leaves, and that is wrong beyond
     doubt in some family and this one in none.
     """
-    first, second = best.whole.p_by_family.values(), other.whole.p_by_family.values()
-    most = closed(best.held.total, other.held.total) >= LEAST_SHRINK
-    return most and best.held.total > 0 and min(first) < CERTAIN < min(second)
+    mine, others = one.whole.p_by_family.values(), other.whole.p_by_family.values()
+    most = closed(other.held.total, one.held.total) >= LEAST_SHRINK
+    return most and other.held.total > 0 and min(others) < CERTAIN < min(mine)
 
 
 def _is_no_cause(step: Step, now: Measured) -> bool:

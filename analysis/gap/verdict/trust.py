@@ -211,9 +211,12 @@ def most_of_a_name(word: str, found: Trail) -> float:
 
 
 def _contested(found: Trail) -> bool:
-    """Whether the first name is noise of rows, and another noise of rows may be it."""
-    best = found.choices[0].best
-    others = (c for c in found.candidates if c.name in OF_ROWS - {best.name})
+    """Whether the first name is noise of rows, and another noise of rows may be it: one that was
+    tried and leaves far more is not.
+    """
+    first = found.choices[0]
+    best = first.best
+    others = (c for c in found.candidates if c.name in OF_ROWS - {best.name} - first.beaten)
     return best.name in OF_ROWS and any(c.score > CONTESTED * best.score for c in others)
 
 

@@ -86,12 +86,14 @@ class Choice:
         alike: others that the frames cannot tell from it, at most two.
         probability: that it is the one.
         by_name: the same for every candidate.
+        beaten: names of others that were tried and leave far more.
     """
 
     best: Candidate
     alike: tuple[Candidate, ...]
     probability: float
     by_name: dict[str, float]
+    beaten: frozenset[str] = frozenset()
 
     def instead(self, other: Candidate) -> Choice:
         """The one that closes a gap alone, where the one of the best score does not."""

@@ -1,0 +1,106 @@
+"""Which of several suspects is tried, and which one is taken."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from analysis.gap.measure.case import Candidate
+from analysis.gap.verdict import confirm
+from analysis.gap.verdict.confirm import _far_nearer, _rivals, likeliest_step
+from analysis.gap.verdict.step import Step, nearer
+from analysis.gap.verdict.verdict import choose
+from tests.candidates import candidate
+
+
+def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
+    """Unless it makes bodies differ: it was fitted in a space of its own, and others' errors say
+    nothing of it."""
+    best, near, far, drawn = (
+        dataclasses.replace(candidate(name, score), misfit=misfit)
+        for name, score, misfit in (
+            ("gamma", 900.0, 1.2),
+            ("jpeg", 500.0, 1.5),
+            ("veiling_glare", 600.0, 3.1),
+            ("dust_shadow", 400.0, 3.1),
+        )
+    )
+    drawn = dataclasses.replace(drawn, model=SimpleNamespace())
+    assert _rivals([best, far, near, drawn]) == [near, drawn]
+
+
+def test_one_that_fits_is_a_rival_of_one_that_does_not() -> None:
+    """Whatever its score: where whole frames wander, errors that know of no wander count it as
+    nothing. But nothing at all is no suspect, and one that fits needs no other."""
+
+    def one(name: str, score: float, misfit: float) -> Candidate:
+        return dataclasses.replace(candidate(name, score), misfit=misfit)
+
+    best, fits = one("flicker_noise", 1300.0, 1.27), one("black_level_drift", 75.0, 1.14)
+    likewise, nothing = one("row_noise", 80.0, 1.19), one("interference", 2.0, 1.0)
+    assert _rivals([best, likewise, fits, nothing]) == [fits]
+    assert _rivals([dataclasses.replace(best, misfit=1.2), likewise, fits, nothing]) == []
+
+
+def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken() -> None:
+    """The total of thousands of figures hides a family that is off; of a large gap it does not."""
+
+    def step(total: float, chance: float) -> Any:
+        far = SimpleNamespace(total=total, p_by_family={"rows": chance, "codes": 0.5})
+        return SimpleNamespace(left=SimpleNamespace(held=far, whole=far))
+
+    hides, even = step(-0.04, 1e-23), step(0.01, 0.3)
+    assert nearer(hides, even) is even
+    assert nearer(even, hides) is even
+    large, larger = step(0.5, 1e-90), step(0.8, 1e-40)
+    assert nearer(larger, large) is large
+    assert nearer(even, large) is even
+
+
+@pytest.mark.parametrize(
+    ("total", "chance", "instead"),
+    [
+        (0.004, 1e-9, True),
+        (0.02, 1e-9, False),  # more than a fifth is left
+        (0.004, 1e-30, False),  # a family is off beyond doubt, as it is with the best
+    ],
+)
+def test_a_rival_that_leaves_nothing_beyond_doubt_takes_the_place_of_one_that_does(
+    total: float, chance: float, instead: bool
+) -> None:
+    def left(total: float, chance: float) -> Any:
+        far = SimpleNamespace(total=total, p_by_family={"rows": chance, "codes": 0.5})
+        return SimpleNamespace(held=far, whole=far)
+
+    assert _far_nearer(left(total, chance), left(0.045, 1e-40)) is instead
+    assert not _far_nearer(left(total, chance), left(0.045, 1e-3))
+
+
+def test_a_rival_that_was_tried_and_leaves_far_more_is_beaten(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And one that leaves as little is not."""
+    chances = {
+        "black_level_drift": (0.001, 0.02),
+        "flicker_noise": (1.2, 1e-104),
+        "row_noise": (0.002, 0.01),
+    }
+
+    def with_it(setting: Any, model: Any, now: Any, choice: Any, watch: Any) -> Any:
+        total, chance = chances[choice.best.name]
+        far = SimpleNamespace(total=total, p_by_family={"rows": chance}, p_value=chance)
+        left = SimpleNamespace(held=far, whole=far)
+        return Step(choice=choice, model=cast(Any, None), left=cast(Any, left), ends=False)
+
+    monkeypatch.setattr(confirm, "with_it", with_it)
+    monkeypatch.setattr(confirm, "_is_no_cause", lambda step, now: False)
+    found = [candidate(name, 900.0) for name in chances]
+    choice = choose(found)
+    nothing = cast(Any, None)
+    step = likeliest_step(nothing, nothing, nothing, found, cast(Any, choice), lambda what: None)
+    assert step is not None
+    assert step.choice.best.name == "black_level_drift"
+    assert step.choice.beaten == {"flicker_noise"}
