@@ -91,6 +91,23 @@ def test_which_later_effect_is_tried(
 
 
 @pytest.mark.parametrize(
+    ("first", "later", "p_value", "tried"),
+    [
+        ("dust_shadow", "specular_glare", 0.5, False),
+        ("large_scale_prnu", "dust_shadow", 0.5, False),
+        ("dust_shadow", "specular_glare", 0.01, True),  # something is left
+        ("dust_shadow", "hot_pixels", 0.5, True),
+        ("specular_glare", "dust_shadow", 0.5, True),  # the patch has a place, and has done its own
+    ],
+)
+def test_beside_a_drawn_pattern_that_leaves_nothing_one_more_bump_is_its_own(
+    first: str, later: str, p_value: float, tried: bool
+) -> None:
+    now = seen(0.04, 0.0, p_value)
+    assert deserves(candidate(later, 174.0), candidate(first, 200.0), WITHOUT, now) is tried
+
+
+@pytest.mark.parametrize(
     ("score", "after", "rows", "ends", "kept"),
     [
         (3000.0, 0.15, (0.0, 0.0), False, True),

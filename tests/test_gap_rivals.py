@@ -13,6 +13,7 @@ from analysis.gap.verdict import confirm
 from analysis.gap.verdict.confirm import _far_nearer, _rivals, likeliest_step
 from analysis.gap.verdict.step import Step, nearer
 from analysis.gap.verdict.verdict import choose
+from sensor.effects.specular_glare import SpecularGlare
 from tests.candidates import candidate
 
 
@@ -29,7 +30,7 @@ def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
         )
     )
     drawn = dataclasses.replace(drawn, model=SimpleNamespace())
-    assert _rivals([best, far, near, drawn]) == [near, drawn]
+    assert _rivals(best, [best, far, near, drawn]) == [near, drawn]
 
 
 def test_one_that_fits_is_a_rival_of_one_that_does_not() -> None:
@@ -41,8 +42,9 @@ def test_one_that_fits_is_a_rival_of_one_that_does_not() -> None:
 
     best, fits = one("flicker_noise", 1300.0, 1.27), one("black_level_drift", 75.0, 1.14)
     likewise, nothing = one("row_noise", 80.0, 1.19), one("interference", 2.0, 1.0)
-    assert _rivals([best, likewise, fits, nothing]) == [fits]
-    assert _rivals([dataclasses.replace(best, misfit=1.2), likewise, fits, nothing]) == []
+    assert _rivals(best, [best, likewise, fits, nothing]) == [fits]
+    good = dataclasses.replace(best, misfit=1.2)
+    assert _rivals(good, [good, likewise, fits, nothing]) == []
 
 
 def test_of_two_models_that_leave_little_the_one_without_a_bad_family_is_taken() -> None:
@@ -104,3 +106,40 @@ def test_a_rival_that_was_tried_and_leaves_far_more_is_beaten(
     assert step is not None
     assert step.choice.best.name == "black_level_drift"
     assert step.choice.beaten == {"flicker_noise"}
+
+
+@pytest.mark.parametrize(
+    ("sigma_px", "dust", "first"),
+    [
+        (4.6, 37.0, "dust_shadow"),
+        (4.6, 30.0, "specular_glare"),  # not half as likely
+        (7.0, 37.0, "specular_glare"),
+    ],
+)
+def test_a_patch_of_light_as_small_as_a_grain_of_dust_is_one(
+    sigma_px: float, dust: float, first: str
+) -> None:
+    """Waves, and the patch that is likelier by its score, are named beside the grain."""
+    patch = dataclasses.replace(
+        candidate("specular_glare", 61.0), effect=SpecularGlare(sigma_px=sigma_px)
+    )
+    found = choose([patch, candidate("dust_shadow", dust), candidate("large_scale_prnu", 12.0)])
+    assert found is not None
+    assert found.best.name == first
+    if first == "dust_shadow":
+        assert [one.name for one in found.alike] == ["large_scale_prnu", "specular_glare"]
+        assert found.probability < 0.5
+
+
+def test_a_drawn_pattern_that_closes_a_gap_alone_is_named_beside_the_other_one() -> None:
+    """Which of them it is twins do not tell, whatever their scores."""
+    patch, dust, waves = found = [
+        candidate("specular_glare", 316.0),
+        candidate("dust_shadow", 203.0),
+        candidate("large_scale_prnu", 145.0),
+    ]
+    choice = choose(found)
+    assert choice is not None
+    assert choice.best is patch
+    assert choice.instead(dust, found).alike == (waves,)
+    assert choice.instead(candidate("smear", 203.0), found).alike == ()

@@ -12,14 +12,13 @@ import pytest
 from scipy import stats
 
 from analysis.gap.report import NO_GAP, GapReport
+from analysis.gap.verdict.separating import SEPARATED_BY, next_capture
 from analysis.gap.verdict.verdict import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
-    SEPARATED_BY,
     Choice,
     both,
     choose,
-    next_capture,
     p_of_best,
     probabilities,
     telling,

@@ -8,6 +8,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
 from analysis.gap.verdict.places import places
+from analysis.gap.verdict.separating import next_capture
 from analysis.gap.verdict.strength import figure_of
 from analysis.gap.verdict.trail import Trail, elsewhere, gap_of
 from analysis.gap.verdict.trust import (
@@ -20,7 +21,6 @@ from analysis.gap.verdict.trust import (
 from analysis.gap.verdict.verdict import (
     EQUIVALENT,
     Choice,
-    next_capture,
     probabilities,
     verdict,
 )

@@ -152,8 +152,8 @@ def likeliest_step(
     # where the best is wrong beyond doubt, a rival may leave a little
     enough = NEARLY_CLOSED if not_it or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
     beaten = set()
-    for other in _rivals(candidates):
-        instead = with_it(setting, model, now, choice.instead(other), watch)
+    for other in _rivals(choice.best, candidates):
+        instead = with_it(setting, model, now, choice.instead(other, candidates), watch)
         if _is_no_cause(instead, now):
             continue
         if instead.left.whole.p_value >= enough:
@@ -190,11 +190,11 @@ def closes_by_width(step: Step, now: Measured) -> bool:
     return too_wide(step.left) or not accounts(step.choice.best, now, step.left)
 
 
-def _rivals(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Suspects behind the best that are worth a second look: by their scores, and the one that fits
-    best, if the best does not. What makes whole frames wander fits before its score shows it.
+def _rivals(best: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Suspects besides the best that are worth a second look: by their scores, and the one that
+    fits best, if the best does not. What makes whole frames wander fits before its score shows it.
     """
-    best, *others = candidates
+    others = [c for c in candidates if c is not best]
     least = max(LEAST_SCORE, SECOND_LOOK * best.score)
     by_score = [
         c for c in others if c.score > least and (c.misfit < TOO_MUCH_LEFT or c.model is not None)

@@ -13,6 +13,7 @@ from analysis.gap.verdict.closing import closed, untouched
 from analysis.gap.verdict.step import Step
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
+    BUMPS,
     DRAWN,
     EQUIVALENT,
     LEAST_SHRINK,
@@ -61,7 +62,8 @@ def deserves(
 
     One that is much less than the first is tried where little is left, or where the first one left
     a family alone that is wrong beyond doubt, or where it shows in what the first did not move: all
-    that is no remainder of it. What calibration takes up for nine tenths is not, unless it is more
+    that is no remainder of it. One more bump is not beside a drawn pattern with which nothing is
+    left. What calibration takes up for nine tenths is not, unless it is more
     than a remainder and beyond doubt.
 
     Args:
@@ -69,7 +71,9 @@ def deserves(
         base, now: the capture against the models without any effect, and with the first.
         apart: score of the later one in what the first cannot have left; see `remainder`.
     """
-    little = now.whole.p_value < SIGNIFICANCE and now.held.total < LITTLE_IS_LEFT
+    if {later.name, first.name} <= BUMPS and first.name in DRAWN and _explained(now):
+        return False
+    little = not _explained(now) and now.held.total < LITTLE_IS_LEFT
     enough = later.score > LEAST_WHERE_LITTLE
     tried = enough and (little or untouched(base, now, worth=0.0))
     large = stands_beside(later, first) or apart > LEAST_WHERE_LITTLE
@@ -77,6 +81,10 @@ def deserves(
         beyond = later.score > BEYOND_CALIBRATION and first.name not in DRAWN
         return large and beyond
     return bool(tried or large)
+
+
+def _explained(now: Measured) -> bool:
+    return now.whole.p_value >= SIGNIFICANCE
 
 
 def leads(first: Step, base: Measured) -> bool:

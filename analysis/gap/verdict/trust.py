@@ -11,13 +11,14 @@ from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap
 from analysis.gap.verdict.closing import against, closed
+from analysis.gap.verdict.separating import confused
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import (
     LEAST_SHRINK,
     MAY_BE_NOTHING,
+    NARROWEST_PATCH_PX,
     TELLS_LITTLE,
     Choice,
-    confused,
 )
 from sensor.effect import Effect, Stage
 from sensor.effects.adc_dnl import AdcDnl
@@ -73,11 +74,6 @@ WIDEST_PATCH = 0.45
 pass. One that is wider lights all of the picture, as a veil does: of the bench (seeds 12 to 24) and
 of the thirteenth set of withheld effects six were named that were wider, 0.48 to 1.13, five for a
 veil and one for a gamma; of ten narrower ones seven were right, 0.22 to 0.39."""
-
-NARROWEST_PATCH = 0.06
-"""The same that it does pass. Of the bench (seeds 21 to 36) and of docs/another-camera.md (80, 81)
-four were named that were narrower, 0.02 to 0.04: three for grains of dust, and one for nothing. The
-next wider one had 0.16."""
 
 
 def probability_of(place: int, word: str, gap: Gap, found: Trail, setting: Setting) -> float:
@@ -143,8 +139,8 @@ def most_of_a_shape(effect: Effect, body: Body) -> float:
     """
     if not isinstance(effect, SpecularGlare):
         return 1.0
-    part = effect.sigma_px / min(body.height, body.width)
-    return 1.0 if NARROWEST_PATCH <= part <= WIDEST_PATCH else MOST_AGAINST
+    widest_px = WIDEST_PATCH * min(body.height, body.width)
+    return 1.0 if NARROWEST_PATCH_PX <= effect.sigma_px <= widest_px else MOST_AGAINST
 
 
 def most_of_a_remainder(before: float, left: Sequence[float], place: int) -> float:
