@@ -99,6 +99,32 @@ def test_names_of_which_none_is_likely_explain_nothing(
 
 
 @pytest.mark.parametrize(
+    ("score", "left", "most"),
+    [
+        (102.0, ((), ()), trust.MOST_AGAINST),
+        (107.0, ((), ()), 1.0),
+        (102.0, (("rows",), ()), 1.0),
+        (102.0, (("rows",), ("rows",)), trust.MOST_AGAINST),
+    ],
+)
+def test_a_later_name_that_is_a_fiftieth_of_the_first_closes_what_that_one_left_alone(
+    score: float,
+    left: tuple[tuple[str, ...], tuple[str, ...]],
+    most: float,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a score of 5270 that is 105. By rows alone it is told whatever the size."""
+    monkeypatch.setattr(trust, "untouched", lambda base, one, worth: left[one - 1])
+    chosen = [
+        SimpleNamespace(best=candidate("lens_distortion", 5270.0)),
+        SimpleNamespace(best=candidate("row_noise", score)),
+    ]
+    found: Any = SimpleNamespace(choices=chosen, measured=(0, 1, 2))
+    assert trust.most_beside_a_larger(found, 1) == most
+    assert trust.most_beside_a_larger(found, 0) == 1.0
+
+
+@pytest.mark.parametrize(
     ("effect", "most"),
     [
         (SpecularGlare(sigma_px=60.0), trust.MOST_AGAINST),

@@ -10,7 +10,8 @@ from analysis.gap.camera.base import Body
 from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap
-from analysis.gap.verdict.closing import against, closed
+from analysis.gap.verdict.closing import against, closed, untouched
+from analysis.gap.verdict.later import stands_beside
 from analysis.gap.verdict.separating import confused
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import (
@@ -98,6 +99,7 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail, setting: Setti
         most_of_a_shape(effect, model.scenery.body),
         most_of_a_converter(effect.name, model.effects, setting),
         most_of_a_remainder(gap.before, [one.held.total for one in found.measured[1:]], place),
+        most_beside_a_larger(found, place),
     )
     return min(most, beside(choices[place], choices) * trust)
 
@@ -155,6 +157,27 @@ def most_of_a_remainder(before: float, left: Sequence[float], place: int) -> flo
     if place == 0 or remainder < TELLS_LITTLE:
         return 1.0
     return MOST_AGAINST if left[place - 1] - left[place] < remainder else 1.0
+
+
+def most_beside_a_larger(found: Trail, place: int) -> float:
+    """The probability that the name of a later effect does not pass beside one that is so much
+    larger that it may be what the first one's model is off by, unless it closes what that one
+    leaves alone.
+
+    A picture that was distorted by straight lines between its points is a little softer: of G 1.01
+    a defocus closed the last 0.014, with 2 % of the score.
+
+    Args:
+        found: from the base camera to the last model.
+        place: of the effect among those that are named.
+    """
+    if place == 0:
+        return 1.0
+    base, before, after = found.measured[0], found.measured[place], found.measured[place + 1]
+    left_alone = (set(untouched(base, one, worth=0.0)) for one in (before, after))
+    own = set.difference(*left_alone)
+    later, first = found.choices[place].best, found.choices[0].best
+    return 1.0 if own or stands_beside(later, first) else MOST_AGAINST
 
 
 def most_of_a_converter(name: str, effects: Sequence[Effect], setting: Setting) -> float:
