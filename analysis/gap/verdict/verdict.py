@@ -109,7 +109,7 @@ class Choice:
     beaten: frozenset[str] = frozenset()
 
     def instead(self, other: Candidate, candidates: Sequence[Candidate]) -> Choice:
-        """The one that closes a gap alone, where the one of the best score does not.
+        """Another one in place of that with the best score.
 
         Args:
             other: the one.
@@ -128,8 +128,9 @@ class Choice:
 
 
 CLOSES_ALONE = 0.45
-"""Probability of a suspect that closes a gap of which the one with the best score leaves some: the
-likeliest single cause, but not likelier than not, as its own signature is not the best."""
+"""Probability of a suspect that closes a gap of which the one with the best score leaves some, or
+that looks like it and is commoner: the likeliest single cause, but not likelier than not, as its
+own signature is not the best."""
 
 
 def telling(candidates: Sequence[Candidate], p_of_whole: float) -> Sequence[Candidate]:
@@ -182,31 +183,33 @@ def choose(candidates: Sequence[Candidate]) -> Choice | None:
     """
     if not candidates or candidates[0].score < LEAST_SCORE:
         return None
-    best = _grain(candidates) or candidates[0]
-    others = [c for c in candidates if c is not best]
+    best, *others = candidates
+    grain = _grain(candidates)
     margin = max(MARGIN, MARGIN_OF_SCORE * best.score)
     near = [c for c in others if c.score > best.score - margin]
     better = [c for c in others if _fits_better(c, best)]
-    rivals = list({c.name: c for c in (*_drawn_like(best, others), *better, *near)}.values())
+    rivals = list(
+        {c.name: c for c in (*grain, *_drawn_like(best, others), *better, *near)}.values()
+    )
     by_name = probabilities(candidates)
     doubted = best.name in DRAWN or bool(better) or len(near) > CLASS_SIZE
     most = MOST_OF_A_CROWD if doubted else 1.0
-    return Choice(
+    choice = Choice(
         best=best,
         alike=tuple(rivals[:CLASS_SIZE]),
         probability=min(most, by_name[best.name] * _trusted(best.score)),
         by_name=by_name,
     )
+    return choice.instead(grain[0], candidates) if grain else choice
 
 
-def _grain(candidates: Sequence[Candidate]) -> Candidate | None:
+def _grain(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Dust, where the best suspect is a patch of light as small as a grain of it."""
     patch = candidates[0].effect
     if not isinstance(patch, SpecularGlare) or patch.sigma_px >= NARROWEST_PATCH_PX:
-        return None
+        return []
     least = max(LEAST_SCORE, HALF_AS_LIKELY * candidates[0].score)
-    grains = (c for c in candidates if c.name == DustShadow.name and c.score >= least)
-    return next(grains, None)
+    return [c for c in candidates if c.name == DustShadow.name and c.score >= least]
 
 
 def _drawn_like(one: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]:
