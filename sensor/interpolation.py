@@ -89,10 +89,12 @@ class Interpolated:
     Attributes:
         mosaic: one value a pixel.
         arithmetic: how it counts, as `sensor.effects.demosaic` tells.
+        corners: whether a measured green is averaged with those at its corners.
     """
 
     mosaic: Signal
     arithmetic: int = 0
+    corners: bool = False
 
     @property
     def linear(self) -> bool:
@@ -126,7 +128,8 @@ class Interpolated:
         """Colours of the row dy below, from its samples and those above and below it."""
         above, here, below = lines
         odd_row = ((runs.places.row + (dy & 1)) & 1) == 1
-        sources, counting = _sources(self.mosaic.format.cfa), COUNTING[self.arithmetic]
+        counting = COUNTING[self.arithmetic]
+        sources = _sources(self.mosaic.format.cfa, self.corners)
         colours: Row = ([], [], [])
         for k in range(len(here) - 2):
             across, across_above, across_below = (
@@ -134,7 +137,9 @@ class Interpolated:
             )
             down = (above[k + 1] + below[k + 1]) * 0.5
             diagonal = (across_above + across_below) * 0.5
-            means = (across, down, (across + down) * 0.5, diagonal)
+            means = [across, down, (across + down) * 0.5, diagonal]
+            if self.corners:
+                means.append((here[k + 1] + diagonal) * 0.5)
             candidates = [
                 counting.at_last(one) for one in (here[k + 1], *map(counting.of_mean, means))
             ]
@@ -146,11 +151,12 @@ class Interpolated:
         return colours
 
 
-def _sources(cfa: str) -> list[list[int]]:
+def _sources(cfa: str, corners: bool) -> list[list[int]]:
     """For each colour and CFA phase, which candidate gives it.
 
     0 the sample itself, 1 mean of left and right, 2 of above and below, 3 of those four,
-    4 of the diagonal four. Where all neighbours have the colour, 3 is taken.
+    4 of the diagonal four, 5 of those and the sample, where corners count. Where all neighbours
+    have the colour, 3 is taken.
     """
     grid = np.array(list(cfa)).reshape(2, 2)
     table = []
@@ -159,7 +165,7 @@ def _sources(cfa: str) -> list[list[int]]:
         for y, x in ((0, 0), (0, 1), (1, 0), (1, 1)):
             side, above, corner = grid[y, 1 - x], grid[1 - y, x], grid[1 - y, 1 - x]
             if grid[y, x] == colour:
-                row.append(0)
+                row.append(5 if corners and corner == colour != side else 0)
             elif side == colour and above == colour:
                 row.append(3)
             elif side == colour:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from foundation.backend import backend
 from sensor.colours import Colours
@@ -40,6 +41,36 @@ def test_bilinear_demosaicing_keeps_samples_planes_and_the_noise_ratios(where: s
     expected = np.array([(1 + math.sqrt(2) + 0.5) / 4, 0.75, (1 + math.sqrt(2) + 0.5) / 4]) * c4
     pixels = (SIDE - 4) ** 2
     assert_agree(spread, expected, 0.75 / math.sqrt(2 * 23 * pixels / 4))
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "GRBG"])
+@pytest.mark.parametrize("where", BACKENDS)
+def test_a_normalised_convolution_averages_measured_greens_and_nothing_else(
+    where: str, cfa: str
+) -> None:
+    """Means of all samples of a colour in 3 x 3 by the weights 1 2 1, by SciPy. White noise keeps
+    5/16 of its variance in a measured green, and has 1/8 of it in common with each corner's."""
+    common = {"pixels": "rgb8", "bits": 8, "cfa": cfa}
+    noisy, plain = (
+        dn(camera(ReadNoise(), Demosaic(corners=corners), **common), where) for corners in (1, 0)
+    )
+    sites = np.tile(np.array(["RGB".index(c) for c in cfa]).reshape(2, 2), (SIDE // 2, SIDE // 2))
+    samples = np.take_along_axis(plain, sites[None, ..., None], 3)[..., 0]
+    tent = np.outer([1, 2, 1], [1, 2, 1])
+    for colour in range(3):
+        there = (sites == colour).astype(float)
+        weight = ndimage.convolve(there, tent, mode="mirror")
+        means = ndimage.convolve(samples * there, tent[None], mode="mirror") / weight
+        assert np.allclose(noisy[..., colour], means, atol=1e-3)
+
+    measured = np.where(sites == 1, noisy[..., 1] - noisy[..., 1].mean(0), 0.0)
+    variance = measured[:, sites == 1].var(axis=0, ddof=1).mean()
+    in_common = (measured[:, 1:, 1:] * measured[:, :-1, :-1])[:, (sites == 1)[1:, 1:]].mean()
+    one = GAIN**2 * (8**2 + 10**2 + 4**2)
+    independent = len(noisy) * SIDE**2 / 2 / 4  # a green shares its samples with its corners
+    assert variance / one == pytest.approx(5 / 16, rel=4.5 * math.sqrt(2 / independent))
+    expected = (1 - 1 / len(noisy)) / 8
+    assert in_common / one == pytest.approx(expected, abs=4.5 / math.sqrt(independent))
 
 
 HALVES = {1: lambda mean: np.floor(mean + 0.5), 2: np.round, 3: np.floor}

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from analysis.gap.look.agreeing import correlations, green_is_averaged
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.filtered import correlations, power_left, weights_of
+from analysis.gap.ready.filtered import power_left, weights_of
 from tests.mosaic import MOSAIC, filled_in, lit
 
 SIGMA_DN = 8.0
@@ -54,3 +55,33 @@ def test_noise_of_single_samples_has_no_weights() -> None:
     found = correlations(lit(filled_in(raw), "rgb8"), MOSAIC)
     samples = FRAMES * (HEIGHT - 16) * (WIDTH - 16) / 2
     assert np.abs(found).max() < 4.5 / np.sqrt(samples)
+
+
+@pytest.mark.parametrize(
+    ("corners", "filtered", "row_dn", "told"),
+    [
+        (True, False, 0.0, True),
+        (False, False, 0.0, False),
+        (False, True, 0.0, False),
+        (True, False, 2.0, True),  # noise of rows agrees along one direction
+        (False, False, 2.0, False),
+    ],
+)
+def test_a_demosaicer_that_averages_greens_is_told_by_their_noise(
+    corners: bool, filtered: bool, row_dn: float, told: bool
+) -> None:
+    """Two fifths of n independent samples have the standard error 1 / sqrt(n), 0.003 here: a
+    twentieth is far outside."""
+    rng = np.random.default_rng(19)
+    raw = 120 + SIGMA_DN * rng.standard_normal((FRAMES, HEIGHT, WIDTH))
+    raw += row_dn * rng.standard_normal((FRAMES, HEIGHT, 1))
+    picture = filled_in(raw)
+    if corners:
+        diagonal = np.array([[1, 0, 1], [0, 4, 0], [1, 0, 1]]) / 8
+        green = np.zeros((HEIGHT, WIDTH), dtype=bool)
+        green[0::2, 1::2] = green[1::2, 0::2] = True
+        means = ndimage.convolve(raw, diagonal[None], mode="mirror")
+        picture[..., 1] = np.where(green, means, picture[..., 1])
+    if filtered:
+        picture = ndimage.convolve(picture, window(0.08, 0.06)[None, :, :, None], mode="mirror")
+    assert green_is_averaged([lit(picture, "rgb8")], MOSAIC) is told

@@ -68,12 +68,12 @@ def test_the_colour_that_a_pixel_sees_is_that_of_the_whole_picture(
 
 @pytest.mark.parametrize("where", BACKENDS)
 @pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("arithmetic", [0, 2])
+@pytest.mark.parametrize(("arithmetic", "corners"), [(0, False), (2, False), (0, True)])
 def test_colours_beside_a_pixel_are_those_of_the_picture(
-    where: str, width: int, arithmetic: int
+    where: str, width: int, arithmetic: int, corners: bool
 ) -> None:
     _, mosaic = signal_of((FRAMES, HEIGHT, width), where)
-    made = Interpolated(mosaic=mosaic, arithmetic=arithmetic)
+    made = Interpolated(mosaic=mosaic, arithmetic=arithmetic, corners=corners)
     picture = np.pad(made.signal().numpy(), ((0, 0), (1, 1), (1, 1), (0, 0)), mode="reflect")
     rows = made.rows(1)
     length = len(rows[0][0]) - 2

@@ -11,7 +11,6 @@ import numpy as np
 
 from analysis.gap.calibrate.counting import (
     balanced,
-    by_rule,
     counted,
     in_finer_codes,
     with_likelier_gains,
@@ -56,7 +55,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     )
 
     def fitted(dark: Darks) -> Refined:
-        start = by_rule(first_guess(fit_half, scenery, nominal, dark), counting.arithmetic)
+        start = counting.of(first_guess(fit_half, scenery, nominal, dark))
         if counting.gains:
             start = balanced(start, counting.gains[0])
         return refine(start, fit_half, scenery, effects)

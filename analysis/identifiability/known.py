@@ -87,6 +87,7 @@ def base_of(camera: Camera, lamps: Sequence[str]) -> Base:
         dark_uneven=0.0 if dark is None else dark.uneven,
         clamp_e2=0.0 if read is None else read.clamp_e**2,
         arithmetic=IN_FRACTIONS if filled is None else int(filled.arithmetic),
+        corners=filled is not None and bool(filled.corners),
         white_balance=None,
         blur_px2=0.0,
         level={lamp: values(camera.sensitivity) for lamp in lamps},

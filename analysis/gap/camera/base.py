@@ -29,6 +29,9 @@ MOST_DARK_E_PER_S = 9e5
 MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
 
+LEFT_OF_GREEN = 5 / 16
+"""Of the variance of a measured green that is averaged with those at its corners."""
+
 FEWEST_BLACK = 25
 """Optically black pixels that a clamp averages at least."""
 
@@ -50,6 +53,8 @@ class Base:
         dark_uneven: u of the law that it follows there; see `DarkShot`.
         clamp_e2: variance of what the pixels of a frame share, in e-^2: the clamp's own noise.
         arithmetic: how the demosaicer counts, or the converter without one; see `arithmetic_of`.
+        corners: whether the demosaicer averages measured greens with those at their corners.
+            Figures above are those before that.
         white_balance: of whole codes or finer ones, behind it; None without. Gains, levels and
             variances above are those before it.
         origin_dn: the code that it leaves alone, where combs tell it; else the mean black level.
@@ -69,6 +74,7 @@ class Base:
     dark_uneven: float
     clamp_e2: float
     arithmetic: int
+    corners: bool = False
     white_balance: WhiteBalance | None
     origin_dn: float | None = None
     blur_px2: float
@@ -146,6 +152,24 @@ class Base:
         known = dataclasses.replace(self, origin_dn=origin_dn if whole.about_black else None)
         behind = known._in_front_of(gains, known.reference_dn if whole.about_black else 0.0)
         return dataclasses.replace(behind, white_balance=whole)
+
+    def averaged(self) -> Base:
+        """The camera whose frames look the same, with greens averaged with those at their corners:
+        its figures are those in front of that.
+        """
+        factor = np.array([1 / LEFT_OF_GREEN if one == "G" else 1.0 for one in self.channels])
+        return dataclasses.replace(self.noisier(factor), corners=True)
+
+    def noisier(self, factor: Floats) -> Base:
+        """The camera with so many times the variance in each channel, as bright."""
+        return dataclasses.replace(
+            self,
+            gain_dn_per_e=self.gain_dn_per_e * factor,
+            read_dn2=self.read_dn2 * factor,
+            fpn_dn2=self.fpn_dn2 * factor,
+            prnu2=self.prnu2 * factor,
+            level={lamp: level / factor for lamp, level in self.level.items()},
+        )
 
     def plain(self) -> Base:
         """The camera whose frames look the same, but for their combs, without a white balance."""
@@ -258,7 +282,10 @@ def camera_of(base: Base, body: Body) -> Camera:
         "quantization": {},
     }
     if body.pixels == "rgb8":
-        values["demosaic"] = {"arithmetic": float(base.arithmetic)}
+        values["demosaic"] = {
+            "arithmetic": float(base.arithmetic),
+            "corners": float(base.corners),
+        }
     elif steps := COUNTING[base.arithmetic].steps:
         values["quantization"] = {"steps": steps}
     black_dn = base.reference_dn

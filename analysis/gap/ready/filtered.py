@@ -16,26 +16,17 @@ colour by colour, have C = c, q = a, p = b.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from analysis.bias.rounding import ROUNDING_DN2
-from analysis.gap.camera.base import Base
-from analysis.gap.look.lattices import Lattice, of_a_mosaic
-from analysis.gap.look.statistics.group import lagged
-from analysis.gap.ready.hints import HINT_FRAMES, Told
+from analysis.gap.look.agreeing import LEAST_CORRELATION, correlations
+from analysis.gap.look.lattices import of_a_mosaic
+from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
-from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
-
-LEAST_CORRELATION = 0.02
-"""Of a sample with the next one, from which a filter is told: charge that spreads makes less."""
 
 ALIKE = 2.0
 """Factor by which correlations of both directions and of all levels differ at most."""
@@ -76,24 +67,12 @@ def filtered(setting: Setting) -> Told | None:
             "threshold_dn": LINEAR_DN,
         },
         exact=False,
-        base=_noisier(base, 1.0 / np.array(left)),
+        base=base.noisier(1.0 / np.array(left)),
     )
 
 
 def _alike(values: Floats) -> bool:
     return bool(values.max() <= ALIKE * values.min())
-
-
-def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
-    """Of noise with the next sample of its row, of its column, and the diagonal one: (3,)."""
-    alone = [one for one in lattices if stack.dn.ndim == 3 or one.channel != "G"]
-    products = np.zeros(4)
-    for lattice in alone:
-        values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
-        noise = values - values.mean(axis=0)
-        width = noise.shape[2]
-        products += [lagged(noise.ravel(), lag) for lag in (0, 1, width, width + 1)]
-    return np.asarray(products[1:] / max(products[0] - len(alone) * ROUNDING_DN2, 1e-9))
 
 
 def _kernel(a: float, b: float, coloured: bool) -> tuple[float, float, float]:
@@ -125,15 +104,3 @@ def power_left(a: float, b: float, channel: str) -> float:
     # its diagonal neighbours were measured, and its straight ones are means of four
     c = 1.0 - 4.0 * a - 4.0 * b
     return (c + a) ** 2 + 4 * (a / 2 + b) ** 2 + 4 * (a / 4) ** 2
-
-
-def _noisier(base: Base, factor: Floats) -> Base:
-    """The base with so many times the variance, and as bright."""
-    return dataclasses.replace(
-        base,
-        gain_dn_per_e=base.gain_dn_per_e * factor,
-        read_dn2=base.read_dn2 * factor,
-        fpn_dn2=base.fpn_dn2 * factor,
-        prnu2=base.prnu2 * factor,
-        level={lamp: level / factor for lamp, level in base.level.items()},
-    )

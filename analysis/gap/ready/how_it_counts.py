@@ -11,6 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.calibrate.counting import by_rule
+from analysis.gap.camera.base import Base
+from analysis.gap.look.agreeing import green_is_averaged
 from analysis.gap.look.arithmetic import (
     IN_FRACTIONS,
     OF_WHOLE_SAMPLES,
@@ -41,12 +44,19 @@ class HowItCounts:
         rules: all that are left open.
         gains: behind the converter, in all ways that codes leave open.
         slight: gains so near to 1 that they are suspected, as other effects are.
+        corners: whether measured greens are averaged with those at their corners.
     """
 
     arithmetic: int
     rules: tuple[int, ...]
     gains: tuple[Gains, ...] = ()
     slight: tuple[WhiteBalance, ...] = ()
+    corners: bool = False
+
+    def of(self, base: Base) -> Base:
+        """A camera whose frames look like that one's, as this one counts."""
+        ruled = by_rule(base, self.arithmetic)
+        return ruled.averaged() if self.corners else ruled
 
 
 def how_it_counts(
@@ -57,7 +67,7 @@ def how_it_counts(
     bits: int,
     black_dn: float,
 ) -> HowItCounts:
-    """How a camera counts.
+    """How a camera counts, and whether its demosaicer passes the greens that were measured.
 
     Args:
         shots: all of a capture.
@@ -67,6 +77,18 @@ def how_it_counts(
         bits: how many of the lowest never change.
         black_dn: black level.
     """
+    counting = _counting(shots, keys, lattices, counts, bits, black_dn)
+    return dataclasses.replace(counting, corners=green_is_averaged(keys, lattices))
+
+
+def _counting(
+    shots: Sequence[Frames],
+    keys: Sequence[Frames],
+    lattices: Sequence[Lattice],
+    counts: Mapping[str, Floats],
+    bits: int,
+    black_dn: float,
+) -> HowItCounts:
     told = arithmetic_of([f.dn for f in keys], lattices)
     coloured = keys[0].pixels == "rgb8"
     finer = None

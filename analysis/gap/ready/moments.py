@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibrate.counting import by_rule
 from analysis.gap.calibrate.darks import Darks, darks_of
 from analysis.gap.calibrate.first_guess import Full, first_guess
 from analysis.gap.camera.base import Base
@@ -24,7 +23,7 @@ def by_moments(setting: Setting, *, full: Full | None = None) -> tuple[Darks, Ba
     fit_half, _ = halves(setting.seen)
     dark = darks_of(fit_half, setting.scenery, setting.black_dn)
     base = first_guess(fit_half, setting.scenery, None, dark, full=full)
-    return dark, by_rule(base, setting.counting.arithmetic)
+    return dark, setting.counting.of(base)
 
 
 def gains_of(setting: Setting) -> dict[str, float]:
