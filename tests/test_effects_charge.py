@@ -74,6 +74,14 @@ def test_crosstalk_smears_an_edge_and_leaves_the_noise_white() -> None:
     step = share * 0.4 * (high - low)
     error = math.sqrt((high + NOISE) / (16 * 64))
     assert_agree(uneven[:, 47].mean() - low, step, error, "along rows")
+    point = np.full((64, 96), low)
+    point[8:-8:8, 8:-8:8] = high
+    cornered = frames_of(Crosstalk(share=share, to_corners=0.2), rate=rate_of(point)).mean(0)
+    parts = [cornered[8 + dy : -8 : 8, 8 + dx : -8 : 8].mean() for dy, dx in ((0, 1), (1, 1))]
+    points = point[8:-8:8, 8:-8:8].size
+    # a fifth of the share to four corners, and four fifths to four sides
+    expected = low + share * (high - low) * np.array([0.8 / 4, 0.2 / 4])
+    assert_agree(parts, expected, np.sqrt((expected + NOISE) / (16 * points)), "corners")
     kernel = np.array([[0, share / 4, 0], [share / 4, 1 - share, share / 4], [0, share / 4, 0]])
     must_fail(check, ndimage.convolve(frames_of(rate=rate_of(image)), kernel[None]))
 

@@ -51,7 +51,7 @@ class BrighterFatter(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        def inflow(own: Any, beside: Any, dy: int) -> Any:
+        def inflow(own: Any, beside: Any, dy: int, dx: int) -> Any:
             a = self.vertical_per_e if dy else self.horizontal_per_e
             return (a / 4) * ((beside - own) * (beside + own))
 

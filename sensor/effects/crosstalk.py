@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from sensor.charge_flow import after_exchange
+from sensor.charge_flow import AROUND, BESIDE, after_exchange
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -13,11 +13,13 @@ from sensor.stream import Stream
 
 @dataclass(frozen=True, kw_only=True)
 class Crosstalk(Effect):
-    """Light and charge born under one photosite are collected by the four beside it.
+    """Light and charge born under one photosite are collected by those around it.
 
-    mean' = mean + sum over the neighbours of a (neighbour - mean), with a = s h / 2 for the two of
-    the same row and s (1 - h) / 2 for those of the same column, s the share that leaves and h the
-    part of it that leaves along the rows: a photosite between vertical registers is no square.
+        mean' = mean + sum over the neighbours of a (neighbour - mean),
+        a = s (1 - c) h / 2 in the row, s (1 - c) (1 - h) / 2 in the column, s c / 4 at the corners
+
+    with s the share that leaves, c the part of it that goes to the corners, and h the part of the
+    rest that leaves along the rows: a photosite between vertical registers is no square.
     Nothing crosses the border of the sensor, and nothing is lost.
 
     Consequence: every electron picks its photosite by itself, so the counts stay independent
@@ -40,18 +42,30 @@ class Crosstalk(Effect):
         minimum=0.0,
         maximum=0.8,
         identity=0.0,
-        doc="share of a photosite's charge that its four neighbours collect",
+        doc="share of a photosite's charge that its neighbours collect",
     )
     along_rows: float = parameter(
         0.5,
         unit="1",
         minimum=0.0,
         maximum=1.0,
-        doc="part of it that goes to the two of the same row",
+        doc="part that goes to the two of the same row, of what does not go to corners",
+    )
+    to_corners: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        doc="part that goes to the four at the corners",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        row, column = self.share * self.along_rows / 2, self.share * (1 - self.along_rows) / 2
-        return signal.replace(
-            after_exchange(signal, lambda own, beside, dy: (column if dy else row) * (beside - own))
-        )
+        corner = self.share * self.to_corners / 4
+        straight = self.share * (1 - self.to_corners)
+        row, column = straight * self.along_rows / 2, straight * (1 - self.along_rows) / 2
+
+        def inflow(own: Any, beside: Any, dy: int, dx: int) -> Any:
+            part = corner if dy and dx else column if dy else row
+            return part * (beside - own)
+
+        return signal.replace(after_exchange(signal, inflow, AROUND if corner else BESIDE))

@@ -125,6 +125,8 @@ def notes_of(setting: Setting) -> tuple[str, ...]:
     notes = [f"light: {setting.scenery.light.source}"]
     if not setting.scenery.light.known and setting.capture.lit:
         notes.append("the picture itself is not judged, only what differs between shots of a lamp")
+    if setting.counting.corners:
+        notes.append("measured greens are averaged with those at their corners: calibrated, no gap")
     if setting.plan.other:
         notes.append(f"not looked at, they would show the same: {', '.join(setting.plan.other)}")
     if setting.plan.unused:
