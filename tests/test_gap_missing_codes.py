@@ -14,6 +14,7 @@ from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.verdict import trust
 from sensor.effect import Effect
 from sensor.effects.adc_dnl import AdcDnl
+from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.gamma import Gamma
 from sensor.effects.interference import Interference
 from sensor.effects.jpeg import Jpeg
@@ -63,8 +64,9 @@ def test_codes_that_are_left_out_behind_the_colours_are_told(
         scenery=SimpleNamespace(view=view),
     )
     most = trust.MOST_AGAINST if behind else 1.0
-    assert trust.most_of_a_converter("adc_dnl", (), setting) == most
-    assert trust.most_of_a_converter("bit_truncation", (), setting) == 1.0
+    assert trust.most_of_a_converter(AdcDnl(), (), setting) == most
+    assert trust.most_of_a_converter(AdcDnl(unit_mismatch=0.2), (), setting) == trust.MOST_AGAINST
+    assert trust.most_of_a_converter(BitTruncation(), (), setting) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -75,4 +77,4 @@ def test_what_is_done_to_pictures_hides_how_a_converter_counts(other: Effect, mo
     nothing: Any = SimpleNamespace(
         key_frames=[], scenery=SimpleNamespace(view=SimpleNamespace(lattices=LATTICES, top_dn=255))
     )
-    assert trust.most_of_a_converter("adc_dnl", (other, AdcDnl()), nothing) == most
+    assert trust.most_of_a_converter(AdcDnl(), (other, AdcDnl()), nothing) == most

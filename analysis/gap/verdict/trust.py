@@ -67,6 +67,11 @@ A_REMAINDER = 1e-3
 Full photosites closed all but 3e-4 of a G of 405 (the bench, seed 35); a converter's unequal steps,
 which that camera did not have, closed the rest."""
 
+LARGEST_MISMATCH = 0.99 * next(p.maximum for p in AdcDnl.parameters() if p.name == "unit_mismatch")
+"""Of a converter's unit elements. On the bench (seeds 21 to 39) those that were there came out with
+0.1 at most; with the largest there is stood a blooming, and a table of 256 codes between 12 bits
+and 12, which is in no catalogue, had 0.85."""
+
 HIDE_A_CONVERTER = frozenset({Stage.PROCESSING, Stage.TRANSPORT})
 """Stages behind which no code tells how its converter counts."""
 
@@ -97,7 +102,7 @@ def probability_of(place: int, word: str, gap: Gap, found: Trail, setting: Setti
         most_of_a_name(word, found),
         most_of_several(names, place),
         most_of_a_shape(effect, model.scenery.body),
-        most_of_a_converter(effect.name, model.effects, setting),
+        most_of_a_converter(effect, model.effects, setting),
         most_of_a_remainder(gap.before, [one.held.total for one in found.measured[1:]], place),
         most_beside_a_larger(found, place),
     )
@@ -180,22 +185,24 @@ def most_beside_a_larger(found: Trail, place: int) -> float:
     return 1.0 if own or stands_beside(later, first) else MOST_AGAINST
 
 
-def most_of_a_converter(name: str, effects: Sequence[Effect], setting: Setting) -> float:
+def most_of_a_converter(effect: Effect, effects: Sequence[Effect], setting: Setting) -> float:
     """The probability that a converter's name does not pass.
 
     A table of codes behind everything looks like one that leaves codes out, except where colours
     were filled in. And behind a converter of more bits than leave the camera codes are uneven by
     its gains, which what is done to pictures hides: beside that its errors were named once on the
-    bench (seeds 21 to 39), for nothing.
+    bench (seeds 21 to 39), for nothing. Nor is one whose unit elements differ by as much as can be
+    a converter: that fits whatever leaves codes out.
 
     Args:
-        name: of the effect.
+        effect: as it was fitted.
         effects: all that are in the model.
         setting: the capture.
     """
-    if name != AdcDnl.name:
+    if not isinstance(effect, AdcDnl):
         return 1.0
-    if any(one.stage in HIDE_A_CONVERTER for one in effects):
+    hidden = any(one.stage in HIDE_A_CONVERTER for one in effects)
+    if hidden or effect.unit_mismatch >= LARGEST_MISMATCH:
         return MOST_AGAINST
     lit = [frames.dn for frames in setting.key_frames if not frames.shot.dark]
     view = setting.scenery.view
