@@ -37,6 +37,9 @@ def test_a_name_has_no_rival_in_one_that_is_named_with_it() -> None:
     assert beside(first, later) == pytest.approx(0.52 / 0.6)
     certain = dataclasses.replace(first, probability=0.9)
     assert trust.beside(certain, (certain, later)) == 1.0
+    # a drawn pattern is doubted for what it is
+    grains = dataclasses.replace(first, best=candidate("dust_shadow", 40.0), probability=0.45)
+    assert trust.beside(grains, (grains, later)) == 0.45
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from analysis.gap.verdict.later import stands_beside
 from analysis.gap.verdict.separating import confused
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import (
+    DRAWN,
     LEAST_SHRINK,
     MAY_BE_NOTHING,
     NARROWEST_PATCH_PX,
@@ -248,12 +249,14 @@ def _contested(found: Trail) -> bool:
 
 def beside(choice: Choice, choices: Sequence[Choice]) -> float:
     """Probability of a name among those that are not named with it: who has a part of the gap is no
-    rival for the rest.
+    rival for the rest. That of a drawn pattern is doubted whoever is named with it.
 
     Args:
         choice: the name.
         choices: all that are given, it among them.
     """
+    if choice.best.name in DRAWN:
+        return choice.probability
     named = {one.best.name for one in choices} - {choice.best.name}
     rivals = sum(choice.by_name.get(name, 0.0) for name in named)
     return min(1.0, choice.probability / max(1.0 - rivals, choice.probability))
