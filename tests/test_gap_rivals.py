@@ -81,31 +81,50 @@ def test_a_rival_that_leaves_nothing_beyond_doubt_takes_the_place_of_one_that_do
     assert not _far_nearer(left(total, chance), left(0.045, 1e-3))
 
 
-def test_a_rival_that_was_tried_and_leaves_far_more_is_beaten(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """And one that leaves as little is not."""
-    chances = {
-        "black_level_drift": (0.001, 0.02),
-        "flicker_noise": (1.2, 1e-104),
-        "row_noise": (0.002, 0.01),
-    }
+def taken(monkeypatch: pytest.MonkeyPatch, leaves: dict[str, tuple[float, float]]) -> Step:
+    """The step of the first of some suspects or of a rival, by what each leaves: G and the chance
+    of its worst family."""
 
     def with_it(setting: Any, model: Any, now: Any, choice: Any, watch: Any) -> Any:
-        total, chance = chances[choice.best.name]
+        total, chance = leaves[choice.best.name]
         far = SimpleNamespace(total=total, p_by_family={"rows": chance}, p_value=chance)
         left = SimpleNamespace(held=far, whole=far)
         return Step(choice=choice, model=cast(Any, None), left=cast(Any, left), ends=False)
 
     monkeypatch.setattr(confirm, "with_it", with_it)
     monkeypatch.setattr(confirm, "_is_no_cause", lambda step, now: False)
-    found = [candidate(name, 900.0) for name in chances]
+    found = [candidate(name, 900.0) for name in leaves]
     choice = choose(found)
     nothing = cast(Any, None)
     step = likeliest_step(nothing, nothing, nothing, found, cast(Any, choice), lambda what: None)
     assert step is not None
-    assert step.choice.best.name == "black_level_drift"
-    assert step.choice.beaten == {"flicker_noise"}
+    return step
+
+
+def test_a_rival_that_was_tried_and_leaves_far_more_is_beaten(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And one that leaves as little is not."""
+    leaves = {
+        "black_level_drift": (0.001, 0.02),
+        "flicker_noise": (1.2, 1e-104),
+        "row_noise": (0.002, 0.01),
+    }
+    choice = taken(monkeypatch, leaves).choice
+    assert choice.best.name == "black_level_drift"
+    assert choice.beaten == {"flicker_noise"}
+
+
+@pytest.mark.parametrize(
+    ("rival", "first"),
+    [("veiling_glare", "veiling_glare"), ("dust_shadow", "lateral_chromatic_aberration")],
+)
+def test_a_rival_that_leaves_far_less_is_taken_unless_it_is_a_drawn_pattern(
+    rival: str, first: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whose width leaves little of whatever is wrong with a picture."""
+    leaves = {"lateral_chromatic_aberration": (0.95, 1e-130), rival: (0.06, 1e-11)}
+    assert taken(monkeypatch, leaves).choice.best.name == first
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, accounts, closed, too_wide
 from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
-from analysis.gap.verdict.verdict import LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
+from analysis.gap.verdict.verdict import DRAWN, LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from sensor.effect import Effect
 
 SECOND_LOOK = 0.2
@@ -158,7 +158,9 @@ def likeliest_step(
             continue
         if instead.left.whole.p_value >= enough:
             return dataclasses.replace(instead, ends=True)
-        if not not_it and _far_nearer(instead.left, step.left):
+        # a drawn pattern is wide enough to leave little of whatever is wrong with a picture
+        wide = other.name in DRAWN
+        if not (not_it or wide) and _far_nearer(instead.left, step.left):
             return instead
         if _far_nearer(step.left, instead.left):
             beaten.add(other.name)
