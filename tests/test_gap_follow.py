@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.verdict.follow import DIFFER, _chosen_again, _done, _in_vain, _strongest_first
-from analysis.gap.verdict.step import Step
+from analysis.gap.verdict.follow import DIFFER, _chosen_again, _done, _in_vain
 from analysis.gap.verdict.verdict import Choice
 from tests.candidates import candidate
 
@@ -185,27 +184,3 @@ def test_nothing_stands_out_where_bodies_differ_by_a_few_photosites() -> None:
     one.left.case = SimpleNamespace()
     with pytest.raises(TypeError, match="not iterable"):
         _done([one], base, asked)
-
-
-@pytest.mark.parametrize(
-    ("second", "chosen", "left", "names"),
-    [
-        ("column_fpn", FIRST, (0.03, 0.05), [FIRST, "column_fpn"]),
-        ("column_fpn", FIRST, (0.05, 0.03), ["column_fpn", FIRST]),
-        ("dust_shadow", FIRST, (0.95, 0.06), [FIRST, "dust_shadow"]),  # by its width alone
-        ("column_fpn", OTHER, (0.03, 0.05), ["column_fpn", OTHER]),
-    ],
-)
-def test_the_effect_that_left_less_by_itself_stands_first(
-    second: str, chosen: str, left: tuple[float, float], names: list[str]
-) -> None:
-    """With what each leaves alone beside it, and the model of both last."""
-    first = Step(**vars(step(candidate(FIRST, 170.0), left[0])))
-    later = Step(**vars(step(candidate(second, 120.0), left[1])))
-    both = Step(**vars(step(candidate(chosen, 220.0), -0.04)))
-    found = _strongest_first(first, later, both)
-    assert [one.choice.best.name for one in found] == names
-    assert found[0].left.held.total == (left[0] if names[0] == FIRST else left[1])
-    assert found[1].left is both.left
-    assert found[1].model is both.model
-    assert {one.choice.best.score for one in found} == {120.0, 220.0}

@@ -75,6 +75,7 @@ class FlickerNoise(Effect):
         pixels = height * width
         length = pixels if self.clamped else 2 * pixels
         waves = np.asarray(stream.normal(length).numpy()).reshape(frames, length)
+        # in place: nobody else holds these numbers
         waves *= _amplitudes(length, self.slowest_rows * width)
         cv2.dft(waves, waves, cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_REAL_OUTPUT)
         seen = waves[:, :pixels].reshape(frames, height, width)

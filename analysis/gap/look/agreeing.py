@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice, of_a_mosaic
+from analysis.gap.look.shots import HINT_FRAMES
 from analysis.gap.look.statistics.group import lagged
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
-
-LOOKED_AT = 16
-"""Frames of a shot."""
 
 LEAST_CORRELATION = 0.02
 """Of a sample with the next one, from which a filter is told: charge that spreads makes less."""
@@ -41,7 +39,7 @@ def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
     alone = [one for one in lattices if stack.dn.ndim == 3 or one.channel != "G"]
     products = np.zeros(4)
     for lattice in alone:
-        values = lattice.of(np.asarray(stack.dn[:LOOKED_AT])).astype(np.float32)
+        values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
         noise = values - values.mean(axis=0)
         width = noise.shape[2]
         products += [lagged(noise.ravel(), lag) for lag in (0, 1, width, width + 1)]
@@ -71,7 +69,7 @@ def of_corners(stack: Frames, lattices: Sequence[Lattice]) -> float:
     one, other = (
         values - values.mean(axis=0)
         for values in (
-            lattice.of(np.asarray(stack.dn[:LOOKED_AT])).astype(np.float32)
+            lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
             for lattice in lattices
             if lattice.channel == "G"
         )

@@ -21,6 +21,9 @@ LARGE_PX = 160_000
 MOST_GROUPS = 6
 """Groups of a shot that are looked at."""
 
+HINT_FRAMES = 16
+"""Frames of a shot by which frames tell something by themselves, before any model."""
+
 FEWEST_FRAMES = 4
 """A shot with fewer cannot be split into two groups that both have noise in time."""
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.lattices import Lattice
+from analysis.gap.look.shots import HINT_FRAMES
 from sensor.colours import Colours
 from sensor.frame_times import interval_of
 from sensor.frames import Frames
@@ -40,9 +41,6 @@ class Told:
     instead: Told | None = None
     scenery: Scenery | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
-
-
-HINT_FRAMES = 16
 
 
 LOUD = 0.005

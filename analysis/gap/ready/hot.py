@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hints import HINT_FRAMES, Told
+from analysis.gap.look.shots import HINT_FRAMES
+from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from analysis.gap.calibrate.counting import by_rule
 from analysis.gap.camera.base import Base
-from analysis.gap.look.agreeing import green_is_averaged
 from analysis.gap.look.arithmetic import (
     IN_FRACTIONS,
     OF_WHOLE_SAMPLES,
@@ -67,7 +66,7 @@ def how_it_counts(
     bits: int,
     black_dn: float,
 ) -> HowItCounts:
-    """How a camera counts, and whether its demosaicer passes the greens that were measured.
+    """How a camera counts.
 
     Args:
         shots: all of a capture.
@@ -77,18 +76,6 @@ def how_it_counts(
         bits: how many of the lowest never change.
         black_dn: black level.
     """
-    counting = _counting(shots, keys, lattices, counts, bits, black_dn)
-    return dataclasses.replace(counting, corners=green_is_averaged(keys, lattices))
-
-
-def _counting(
-    shots: Sequence[Frames],
-    keys: Sequence[Frames],
-    lattices: Sequence[Lattice],
-    counts: Mapping[str, Floats],
-    bits: int,
-    black_dn: float,
-) -> HowItCounts:
     told = arithmetic_of([f.dn for f in keys], lattices)
     coloured = keys[0].pixels == "rgb8"
     finer = None

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
-from analysis.gap.ready.hints import HINT_FRAMES, Told
+from analysis.gap.look.shots import HINT_FRAMES
+from analysis.gap.ready.hints import Told
 from foundation.cores import in_order
 from sensor.colours import Colours
 from sensor.effects.color_matrix import ColorMatrix

@@ -13,6 +13,7 @@ from analysis.gap.calibrate.darks import black_of
 from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
+from analysis.gap.look.agreeing import green_is_averaged
 from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
 from analysis.gap.look.curve import curve, nearly_straight
@@ -88,7 +89,10 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     seen = begun((stack_of(f, chosen) for f in keys), view)
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
     bits = empty_bits(keys, lattices)
-    counting = how_it_counts(capture.frames, keys, lattices, counts, bits, black_dn)
+    counting = dataclasses.replace(
+        how_it_counts(capture.frames, keys, lattices, counts, bits, black_dn),
+        corners=green_is_averaged(keys, lattices),
+    )
     scenery = Scenery(
         body=Body.of(first, cfa, capture.camera),
         light=light_of(capture, stated, black_dn),

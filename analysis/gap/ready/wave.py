@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hints import HINT_FRAMES, Hints
+from analysis.gap.look.shots import HINT_FRAMES
+from analysis.gap.ready.hints import Hints
 from sensor.frames import Frames
 
 Floats = NDArray[np.float64]

@@ -30,7 +30,6 @@ from analysis.gap.verdict.step import Step, Watch
 from analysis.gap.verdict.suspected import Heard, Look, looked
 from analysis.gap.verdict.trail import Trail
 from analysis.gap.verdict.verdict import (
-    DRAWN,
     LEAST_SHRINK,
     MOST_CAUSES,
     SIGNIFICANCE,
@@ -170,27 +169,8 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
     if len(both) == MOST_CAUSES and not _in_vain(both, base):
         again = _chosen_again(search, steps[0], step, by_itself)
         if again is not None:
-            return _strongest_first(steps[0], by_itself, again)
+            return (by_itself, again)
     return None if instead_of_it(step.choice.best, base, by_itself.left) else both
-
-
-def _strongest_first(first: Step, second: Step, again: Step) -> tuple[Step, ...]:
-    """The second effect and what is likelier beside it; that one first if it is the first effect,
-    and left less by itself, or if the second is a drawn pattern, which is wide enough to leave
-    little of whatever is wrong with a picture.
-
-    Args:
-        first, second: each effect alone.
-        again: by which an effect was added to the second one.
-    """
-    same = type(again.choice.best.effect) is type(first.choice.best.effect)
-    wide = second.choice.best.name in DRAWN
-    if not same or (second.left.held.total <= first.left.held.total and not wide):
-        return (second, again)
-    return (
-        dataclasses.replace(first, choice=again.choice),
-        dataclasses.replace(again, choice=second.choice),
-    )
 
 
 def _chosen_again(search: _Search, first: Step, second: Step, by_itself: Step) -> Step | None:

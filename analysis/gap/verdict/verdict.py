@@ -53,7 +53,8 @@ that left p = 0.53 of somebody else's waves a patch had a score of 174."""
 NARROWEST_PATCH_PX = 7.0
 """Standard deviation of a patch of light below which it is as small as a grain. Of the bench (seeds
 21 to 36) and of docs/another-camera.md (6, 7, 80, 81) six were named that were narrower, 2 to 5 px:
-five for grains of dust, and one for nothing. The next wider one had 10, and was one of waves."""
+five for grains of dust, four of these the same twelve grains, and one for nothing. The next wider
+one had 10, and was one of waves."""
 
 HALF_AS_LIKELY = 0.5
 FITS_BETTER = 0.01
