@@ -49,6 +49,7 @@ class SpectralResponseError(Effect):
         minimum=-0.9,
         maximum=2.0,
         identity=0.0,
+        stated=True,
         per_colour=True,
         doc="relative change of a colour's response as a whole",
     )

@@ -24,7 +24,9 @@ class WhiteBalance(Effect):
     where o is the black level, or code 0 in a program that knows of none.
     Signal and noise are multiplied alike: the mean of a channel grows by k and its variance by
     k^2, so its apparent conversion in DN/e- is k times the true one, where more light of that
-    colour would leave the conversion as it is. Calibration absorbs it as a gain.
+    colour would leave the conversion as it is. Calibration absorbs it as a gain. Whole codes of a
+    mosaic that are multiplied leave a comb of empty and double codes; a demosaicer says by its own
+    arithmetic whether what comes from it is whole.
     """
 
     name: ClassVar[str] = "white_balance"
@@ -57,6 +59,15 @@ class WhiteBalance(Effect):
         starts=(1.0,),
         doc="1 where the black level stays as it is, 0 where it is multiplied too",
     )
+    whole_codes: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(0.0,),
+        doc="1 where a mosaic has been rounded to whole codes before",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         if not signal.coloured and len(set(signal.format.cfa)) == 1:
@@ -69,7 +80,8 @@ class WhiteBalance(Effect):
         if not signal.coloured:
             gains = Colours(R=self.red_gain - 1.0, G=0.0, B=self.blue_gain - 1.0)
             change = signal.by_colour(gains)
-            return signal.replace(signal.value + change * (signal.value - origin))
+            value = dr.round(signal.value) if self.whole_codes else signal.value
+            return signal.replace(value + change * (value - origin))
         planes, number = signal.planes, dr.array_t(signal.backend.arrays.TensorXf)
         red, blue = (dr.opaque(number, gain - 1.0) for gain in (self.red_gain, self.blue_gain))
         colours = (

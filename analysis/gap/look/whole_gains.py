@@ -25,7 +25,8 @@ MIRRORED = 0.03
 """By how much more a histogram is like the comb of a large gain, of which every second or third
 code is hit: those of smaller gains are nearly its mirror images, and more frequent."""
 
-OFFSETS = np.arange(0.0, 2.0, 0.1)
+OFFSETS = np.sort(np.append(np.arange(0.0, 2.0, 0.1), [1e-3, 2.0 - 1e-3]))
+"""Of a tenth of a code, and next to none: by which halves go up or down."""
 
 AS_GOOD_AS_ZERO = 0.15
 

@@ -247,7 +247,7 @@ def starts(kind: type[Effect]) -> list[Effect]:
                 one = {c: p.default if c == only else identity for c in CHANNELS}
                 made.append(kind(**{p.name: Colours(**one)}))
         # a parameter that is off by default is a direction of its own
-        if not p.whole and p.default == p.identity:
+        if not (p.whole or p.stated) and p.default == p.identity:
             step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum))
             alone = {q.name: q.identity for q in strengths(kind)} | {p.name: p.default + step}
             made.append(kind(**alone))

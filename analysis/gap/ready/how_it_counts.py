@@ -87,15 +87,33 @@ def how_it_counts(
         finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
     if finer is not None and (finer.gains or not coloured):
         return HowItCounts(arithmetic=finer.rules[0], rules=finer.rules, gains=finer.gains)
-    if not coloured:
-        return HowItCounts(arithmetic=told, rules=(told,))
     gains = _of_whole_codes(counts, bits, black_dn)
+    if not coloured:
+        return HowItCounts(arithmetic=told, rules=(told,), gains=_of_a_mosaic(gains))
     near = all(_beyond(one) < NEAR for one in gains)
     if finer is None and not near:
         return HowItCounts(arithmetic=OF_WHOLE_SAMPLES, rules=rules_of(told), gains=gains)
     rules = (told,) if finer is None else finer.rules
     slight = tuple(one.white_balance for one in gains) if near else ()
     return HowItCounts(arithmetic=rules[0], rules=rules_of(*rules), slight=slight)
+
+
+HALVES = (0.0, 1e-5, -1e-5)
+"""Of gains, by which halves go to the even code, all up, or all down: 1.3 times 5 is one."""
+
+
+def _of_a_mosaic(gains: Sequence[Gains]) -> tuple[Gains, ...]:
+    """Gains of whole codes of a mosaic, by where halves may go. Few teeth of gains near 1 tell
+    nothing there: no colours were filled in that tell whether codes were whole.
+    """
+
+    def moved(one: Gains, by: float) -> Gains:
+        had = one.white_balance
+        red, blue = had.red_gain + by, had.blue_gain + by
+        balance = dataclasses.replace(had, red_gain=red, blue_gain=blue, whole_codes=1.0)
+        return dataclasses.replace(one, white_balance=balance)
+
+    return tuple(moved(one, by) for one in gains if _beyond(one) >= NEAR for by in HALVES)
 
 
 def _of_whole_codes(counts: Mapping[str, Floats], bits: int, black_dn: float) -> tuple[Gains, ...]:

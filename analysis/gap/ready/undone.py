@@ -35,7 +35,7 @@ def unbent(setting: Setting, told: Told) -> Told:
     """
     exponent = told.hints["exponent"]
     assert isinstance(exponent, float), "a curve is the same in all colours"
-    origin_dn = 0.0 if "about_black" in told.hints else setting.black_dn
+    origin_dn = 0.0 if told.hints.get("about_black") == 0.0 else setting.black_dn
     straight = tuple(_through(f, 1.0 / exponent, origin_dn) for f in setting.key_frames)
     if setting.scenery.light.in_electrons:
         return dataclasses.replace(told, base=_by_moments_of(setting, straight))

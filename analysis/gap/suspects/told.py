@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
 from analysis.gap.ready.behind_steps import behind_steps
+from analysis.gap.ready.bent import bent
 from analysis.gap.ready.brimful import brimful
 from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.full_well import full_well_e
@@ -71,8 +72,8 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
     told = dict(setting.told)
     if disc := soft(base):
         told[DefocusError.name] = disc
-    if curve := told.get(Gamma.name):
-        told[Gamma.name] = unbent(setting, curve)
+    if curve := told.get(Gamma.name) or bent(setting):
+        told[Gamma.name] = _straightened(setting, curve)
     if steps := told.get(BitTruncation.name):
         told[BitTruncation.name] = dataclasses.replace(
             steps, base=behind_steps(setting, steps, base)
@@ -84,6 +85,12 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
 def _mixed(setting: Setting) -> Told | None:
     mix = mixed(setting.key_frames, setting.scenery.view.lattices)
     return _with_bases(setting, mix) if mix else None
+
+
+def _straightened(setting: Setting, curve: Told) -> Told:
+    """A curve as it is told, and as it may be told otherwise, with the camera in front of each."""
+    instead = None if curve.instead is None else _straightened(setting, curve.instead)
+    return dataclasses.replace(unbent(setting, curve), instead=instead)
 
 
 def _with_bases(setting: Setting, mix: Told) -> Told:
