@@ -21,6 +21,7 @@ from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import begun
+from analysis.gap.look.settling import Beginning, beginning, without_it
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import Told, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
@@ -40,7 +41,8 @@ class Setting:
     """A capture made ready: its plan, its light, and what was seen of its key shots.
 
     Attributes:
-        capture: the frames.
+        capture: the frames, without those at the beginning of shots that are unlike the rest.
+        begins: how shots begin, where those frames were left out.
         plan: which of them take part.
         scenery: format, light and shots.
         seen: the key shots, looked at.
@@ -50,6 +52,7 @@ class Setting:
     """
 
     capture: Capture
+    begins: Beginning | None
     plan: Plan
     scenery: Scenery
     seen: Observation
@@ -71,6 +74,8 @@ class Setting:
 
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     """Everything that is known of a capture before any model; None where it has too few frames."""
+    begins = beginning(capture)
+    capture = without_it(capture) if begins else capture
     chosen = plan(capture)
     if chosen is None:
         return None
@@ -102,6 +107,7 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     )
     return Setting(
         capture=capture,
+        begins=begins,
         plan=chosen,
         scenery=scenery,
         seen=seen(),

@@ -7,6 +7,7 @@ from analysis.gap.look.shots import FEWEST_FRAMES, FEWEST_SHOTS, GROUP_FRAMES
 from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
+from analysis.gap.verdict.begun import with_first_frames
 from analysis.gap.verdict.places import places
 from analysis.gap.verdict.separating import next_capture
 from analysis.gap.verdict.strength import figure_of
@@ -68,7 +69,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
     weights = found.choices[0].by_name if found.choices else probabilities(found.candidates)
     most = most_of_a_name(word, found)
-    return GapReport(
+    report = GapReport(
         verdict=word,
         effects=tuple(
             _named(choice, chance, found)
@@ -90,6 +91,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
         calibration=calibration_figures(found.models[-1], after.errors),
         notes=notes_of(setting),
     )
+    return with_first_frames(report, setting.begins)
 
 
 def _nearest(found: Trail) -> Candidate | None:

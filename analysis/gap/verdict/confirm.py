@@ -13,7 +13,7 @@ from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.recount import recounted
-from analysis.gap.verdict.closing import CERTAIN, accounts, closed, too_wide
+from analysis.gap.verdict.closing import CERTAIN, accounts, closed, nothing_left, too_wide
 from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
 from analysis.gap.verdict.verdict import DRAWN, LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from sensor.effect import Effect
@@ -153,13 +153,15 @@ def likeliest_step(
     enough = NEARLY_CLOSED if not_it or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
     beaten = set()
     for other in _rivals(choice.best, candidates):
+        # a drawn pattern is wide enough to leave little of whatever is wrong with a picture
+        wide = other.name in DRAWN
+        if wide and not not_it and nothing_left(now, step.left):
+            continue
         instead = with_it(setting, model, now, choice.instead(other, candidates), watch)
         if _is_no_cause(instead, now):
             continue
         if instead.left.whole.p_value >= enough:
             return dataclasses.replace(instead, ends=True)
-        # a drawn pattern is wide enough to leave little of whatever is wrong with a picture
-        wide = other.name in DRAWN
         if not (not_it or wide) and _far_nearer(instead.left, step.left):
             return instead
         if _far_nearer(step.left, instead.left):
