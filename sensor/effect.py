@@ -77,7 +77,8 @@ class Parameter:
         per_colour: whether it may differ between R, G and B.
         whole: whether only whole numbers have a meaning: a choice, a number of bits.
         starts: values from which a search for it should begin, where the default is not enough.
-        stated: whether whoever built the scene states it, so that no search turns it.
+        stated: whether no search turns it: whoever built the scene states it, or calibration takes
+            it up to the last digit.
         doc: one line.
     """
 

@@ -314,3 +314,23 @@ def test_a_white_balance_on_whole_codes_is_part_of_the_base() -> None:
     counting = dataclasses.replace(setting.counting, gains=())
     unread = dataclasses.replace(setting, counting=counting)
     assert measured(calibrated(unread, None), setting.seen).whole.p_value < 1e-6
+
+
+def test_a_white_balance_on_whole_codes_of_a_mosaic_is_part_of_the_base() -> None:
+    """Codes of red and blue sites are multiplied and rounded again, halves up: of a gain of 1.3
+    that is every tenth code, by which twins tell where halves go."""
+    made = dataclasses.replace(camera().without(Demosaic), pixels="bayer8")
+    taken = record(made, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=4)
+    gains = np.ones((HEIGHT, WIDTH))
+    gains[::2, ::2], gains[1::2, 1::2] = 1.3, 1.45
+    frames = tuple(
+        dataclasses.replace(f, dn=np.clip(np.floor(f.dn * gains + 0.5), 0, 255).astype(np.uint8))
+        for f in taken.frames
+    )
+    setting = look(dataclasses.replace(taken, frames=frames), {"lamp": light()})
+    assert setting is not None
+    found = calibrated(setting, None)
+    balance = found.base.white_balance
+    assert balance is not None
+    assert (balance.red_gain, balance.blue_gain) == pytest.approx((1.3, 1.45), abs=1e-4)
+    assert measured(found, setting.seen).whole.p_value > 1e-3

@@ -81,6 +81,10 @@ def test_a_rival_that_leaves_nothing_beyond_doubt_takes_the_place_of_one_that_do
     assert not _far_nearer(left(total, chance), left(0.045, 1e-3))
 
 
+LITTLE_OF_IT = 0.3
+"""A twentieth of the gap that suspects leave something of."""
+
+
 def taken(monkeypatch: pytest.MonkeyPatch, leaves: dict[str, tuple[float, float]]) -> Step:
     """The step of the first of some suspects or of a rival, by what each leaves: G and the chance
     of its worst family."""
@@ -93,6 +97,7 @@ def taken(monkeypatch: pytest.MonkeyPatch, leaves: dict[str, tuple[float, float]
 
     monkeypatch.setattr(confirm, "with_it", with_it)
     monkeypatch.setattr(confirm, "_is_no_cause", lambda step, now: False)
+    monkeypatch.setattr(confirm, "nothing_left", lambda now, left: left.held.total < LITTLE_OF_IT)
     found = [candidate(name, 900.0) for name in leaves]
     choice = choose(found)
     nothing = cast(Any, None)
@@ -124,6 +129,15 @@ def test_a_rival_that_leaves_far_less_is_taken_unless_it_is_a_drawn_pattern(
 ) -> None:
     """Whose width leaves little of whatever is wrong with a picture."""
     leaves = {"lateral_chromatic_aberration": (0.95, 1e-130), rival: (0.06, 1e-11)}
+    assert taken(monkeypatch, leaves).choice.best.name == first
+
+
+@pytest.mark.parametrize(("left", "first"), [(0.29, "veiling_glare"), (0.95, "dust_shadow")])
+def test_a_drawn_pattern_with_which_nothing_is_left_needs_that_the_best_leaves_much(
+    left: float, first: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody else's veil left a thirtieth of a gap by ours, and waves of the response nothing."""
+    leaves = {"veiling_glare": (left, 1e-15), "dust_shadow": (0.01, 0.2)}
     assert taken(monkeypatch, leaves).choice.best.name == first
 
 

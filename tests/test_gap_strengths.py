@@ -19,6 +19,7 @@ from analysis.gap.suspects.beginnings import of_other_strengths, with_more_stren
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
+from sensor.effects.spectral_response_error import SpectralResponseError
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.dust_shadow import DustShadow
@@ -73,6 +74,11 @@ def test_a_strength_that_may_differ_by_colour_is_sought_in_each() -> None:
     ]
     twice = scaled(AmbientLight(rate_e_per_s=Colours(R=100.0, G=50.0, B=0.0)), 2.0)
     assert twice.rate_e_per_s == Colours(R=200.0, G=100.0, B=0.0)
+
+
+def test_no_search_begins_with_what_a_level_takes_up_to_the_last_digit() -> None:
+    """A colour that is brighter as a whole is as bright as another level of its lamps makes it."""
+    assert {one.response_change for one in starts(SpectralResponseError)} == {0.0}
 
 
 def test_a_strength_that_no_camera_has_does_nothing() -> None:

@@ -127,6 +127,24 @@ def test_suspects_within_a_tenth_of_a_large_score_are_named_together() -> None:
     assert of(187.0).probability > 0.98
 
 
+def test_what_calibration_takes_up_is_named_with_what_it_takes_up_as_well() -> None:
+    """A lamp that had been moved was ambient light by 14 of 121, which calibration's directions are
+    off by. One that it does not take up is told from it as ever, and so is one far behind."""
+    light = dataclasses.replace(candidate("ambient_light", 121.0), absorbed=0.998)
+
+    def beside(score: float, absorbed: float) -> Choice:
+        other = dataclasses.replace(candidate("lamp_displacement", score), absorbed=absorbed)
+        found = choose([light, other])
+        assert found is not None
+        return found
+
+    assert [c.name for c in beside(107.0, 0.997).alike] == ["lamp_displacement"]
+    assert beside(107.0, 0.997).probability <= MOST_OF_A_CROWD
+    for found in (beside(107.0, 0.5), beside(50.0, 0.997), beside(10.0, 0.997)):
+        assert found.alike == ()
+        assert found.probability > MOST_OF_A_CROWD
+
+
 def test_a_crowd_is_no_answer() -> None:
     """Where more suspects fit than may be named together, none of them is likely."""
     names = ("image_lag", "temporal_filter", "jpeg", "row_noise")

@@ -89,7 +89,7 @@ class _Means:
 
 
 def beginning(capture: Capture) -> Beginning | None:
-    """How shots begin, where most of those that are lit begin unlike the rest and go on like it from
+    """How shots begin, where most of those that are lit begin unlike the rest, and are like it from
     the second frame on; else None.
     """
     shots = [_means_of(f) for f in capture.frames if f.count >= FEWEST]
