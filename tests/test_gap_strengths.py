@@ -19,11 +19,11 @@ from analysis.gap.suspects.beginnings import of_other_strengths, with_more_stren
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.ambient_light import AmbientLight
-from sensor.effects.spectral_response_error import SpectralResponseError
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.gamma import Gamma
+from sensor.effects.spectral_response_error import SpectralResponseError
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.effects.vignetting_excess import VignettingExcess
 
