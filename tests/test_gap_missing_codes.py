@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.look.lattices import SITES, Lattice
 from analysis.gap.look.missing_codes import missing_everywhere
-from analysis.gap.verdict import trust
+from analysis.gap.verdict import caps
 from sensor.effect import Effect
 from sensor.effects.adc_dnl import AdcDnl
 from sensor.effects.bit_truncation import BitTruncation
@@ -63,18 +63,18 @@ def test_codes_that_are_left_out_behind_the_colours_are_told(
         key_frames=[SimpleNamespace(dn=frames, shot=SimpleNamespace(dark=False))],
         scenery=SimpleNamespace(view=view),
     )
-    most = trust.MOST_AGAINST if behind else 1.0
-    assert trust.most_of_a_converter(AdcDnl(), (), setting) == most
-    assert trust.most_of_a_converter(AdcDnl(unit_mismatch=0.2), (), setting) == trust.MOST_AGAINST
-    assert trust.most_of_a_converter(BitTruncation(), (), setting) == 1.0
+    most = caps.MOST_AGAINST if behind else 1.0
+    assert caps.most_of_a_converter(AdcDnl(), (), setting) == most
+    assert caps.most_of_a_converter(AdcDnl(unit_mismatch=0.2), (), setting) == caps.MOST_AGAINST
+    assert caps.most_of_a_converter(BitTruncation(), (), setting) == 1.0
 
 
 @pytest.mark.parametrize(
     ("other", "most"),
-    [(Gamma(), trust.MOST_AGAINST), (Jpeg(), trust.MOST_AGAINST), (Interference(), 1.0)],
+    [(Gamma(), caps.MOST_AGAINST), (Jpeg(), caps.MOST_AGAINST), (Interference(), 1.0)],
 )
 def test_what_is_done_to_pictures_hides_how_a_converter_counts(other: Effect, most: float) -> None:
     nothing: Any = SimpleNamespace(
         key_frames=[], scenery=SimpleNamespace(view=SimpleNamespace(lattices=LATTICES, top_dn=255))
     )
-    assert trust.most_of_a_converter(AdcDnl(), (other, AdcDnl()), nothing) == most
+    assert caps.most_of_a_converter(AdcDnl(), (other, AdcDnl()), nothing) == most

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from analysis.gap.camera.base import Body
-from analysis.gap.verdict import trust
+from analysis.gap.verdict import caps, trust
 from analysis.gap.verdict.verdict import Choice, choose
 from sensor.effect import Effect
 from sensor.effects.specular_glare import SpecularGlare
@@ -46,9 +46,9 @@ def test_a_name_has_no_rival_in_one_that_is_named_with_it() -> None:
     ("names", "place", "most"),
     [
         (["veiling_glare"], 0, 1.0),
-        (["row_noise", "black_level_drift"], 0, trust.MOST_AGAINST),
+        (["row_noise", "black_level_drift"], 0, caps.MOST_AGAINST),
         (["row_noise", "veiling_glare"], 0, 1.0),
-        (["row_noise", "black_level_drift"], 1, trust.MOST_AGAINST),
+        (["row_noise", "black_level_drift"], 1, caps.MOST_AGAINST),
         (["row_noise", "veiling_glare"], 1, 1.0),
     ],
 )
@@ -56,13 +56,13 @@ def test_what_a_name_is_given_with_speaks_against_it(
     names: list[str], place: int, most: float
 ) -> None:
     """Two of which a third may be made."""
-    assert trust.most_of_several(names, place) == most
+    assert caps.most_of_several(names, place) == most
 
 
 @pytest.mark.parametrize(
     ("before", "left", "place", "most"),
     [
-        (384.0, [0.126, -0.03], 1, trust.MOST_AGAINST),
+        (384.0, [0.126, -0.03], 1, caps.MOST_AGAINST),
         (384.0, [0.126, -0.03], 0, 1.0),
         (384.0, [0.9, -0.03], 1, 1.0),
         (28.0, [0.02, -0.01], 1, 1.0),
@@ -72,7 +72,7 @@ def test_a_thousandth_of_a_gap_is_no_sure_second_cause(
     before: float, left: list[float], place: int, most: float
 ) -> None:
     """The model of the first one is off by as much, where that can be seen at all."""
-    assert trust.most_of_a_remainder(before, left, place) == most
+    assert caps.most_of_a_remainder(before, left, place) == most
 
 
 @pytest.mark.parametrize(
@@ -104,10 +104,10 @@ def test_names_of_which_none_is_likely_explain_nothing(
 @pytest.mark.parametrize(
     ("score", "left", "most"),
     [
-        (102.0, ((), ()), trust.MOST_AGAINST),
+        (102.0, ((), ()), caps.MOST_AGAINST),
         (107.0, ((), ()), 1.0),
         (102.0, (("rows",), ()), 1.0),
-        (102.0, (("rows",), ("rows",)), trust.MOST_AGAINST),
+        (102.0, (("rows",), ("rows",)), caps.MOST_AGAINST),
     ],
 )
 def test_a_later_name_that_is_a_fiftieth_of_the_first_closes_what_that_one_left_alone(
@@ -117,23 +117,23 @@ def test_a_later_name_that_is_a_fiftieth_of_the_first_closes_what_that_one_left_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of a score of 5270 that is 105. By rows alone it is told whatever the size."""
-    monkeypatch.setattr(trust, "untouched", lambda base, one, worth: left[one - 1])
+    monkeypatch.setattr(caps, "untouched", lambda base, one, worth: left[one - 1])
     chosen = [
         SimpleNamespace(best=candidate("lens_distortion", 5270.0)),
         SimpleNamespace(best=candidate("row_noise", score)),
     ]
     found: Any = SimpleNamespace(choices=chosen, measured=(0, 1, 2))
-    assert trust.most_beside_a_larger(found, 1) == most
-    assert trust.most_beside_a_larger(found, 0) == 1.0
+    assert caps.most_beside_a_larger(found, 1) == most
+    assert caps.most_beside_a_larger(found, 0) == 1.0
 
 
 @pytest.mark.parametrize(
     ("effect", "most"),
     [
-        (SpecularGlare(sigma_px=60.0), trust.MOST_AGAINST),
+        (SpecularGlare(sigma_px=60.0), caps.MOST_AGAINST),
         (SpecularGlare(sigma_px=50.0), 1.0),
         (SpecularGlare(sigma_px=7.0), 1.0),
-        (SpecularGlare(sigma_px=6.9), trust.MOST_AGAINST),
+        (SpecularGlare(sigma_px=6.9), caps.MOST_AGAINST),
         (VeilingGlare(), 1.0),
     ],
 )
@@ -142,7 +142,7 @@ def test_a_patch_of_light_that_is_as_wide_as_the_picture_or_as_a_grain_is_no_pat
 ) -> None:
     """Of 120 rows 0.45 are 54."""
     body = Body(height=120, width=160, pixels="rgb8", bits=8, cfa="RGGB", name="one")
-    assert trust.most_of_a_shape(effect, body) == most
+    assert caps.most_of_a_shape(effect, body) == most
 
 
 def test_noise_of_rows_that_leaves_something_may_be_another_one(
@@ -151,7 +151,7 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
     """Each has its own spectrum: what is left of one speaks for the next, if that has a part of its
     score and was not tried in vain. Where nothing is left, and of other effects, a name is
     believed."""
-    monkeypatch.setattr(trust, "against", lambda before, after: ())
+    monkeypatch.setattr(caps, "against", lambda before, after: ())
 
     def most(
         name: str, word: str, rival: str = "row_noise", score: float = 300.0, beaten: str = ""
@@ -162,30 +162,30 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
             candidates=(best, candidate(rival, score)),
             measured=(None, None),
         )
-        return trust.most_of_a_name(word, found)
+        return caps.most_of_a_name(word, found)
 
-    assert most("flicker_noise", "partly explained") == trust.MOST_AGAINST < trust.LIKELIER
-    assert most("flicker_noise", "partly explained", score=200.0) == trust.MOST_IN_PART
-    assert most("flicker_noise", "partly explained", "interference") == trust.MOST_IN_PART
-    assert most("flicker_noise", "partly explained", beaten="row_noise") == trust.MOST_IN_PART
-    assert most("flicker_noise", "explained") == trust.MOST_CERTAIN
-    assert most("interference", "partly explained") == trust.MOST_IN_PART
+    assert most("flicker_noise", "partly explained") == caps.MOST_AGAINST < trust.LIKELIER
+    assert most("flicker_noise", "partly explained", score=200.0) == caps.MOST_IN_PART
+    assert most("flicker_noise", "partly explained", "interference") == caps.MOST_IN_PART
+    assert most("flicker_noise", "partly explained", beaten="row_noise") == caps.MOST_IN_PART
+    assert most("flicker_noise", "explained") == caps.MOST_CERTAIN
+    assert most("interference", "partly explained") == caps.MOST_IN_PART
 
 
 def test_lost_bits_are_seen_whatever_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other names are likelier not than so where something speaks against them beyond doubt."""
-    monkeypatch.setattr(trust, "against", lambda before, after: ("codes",))
+    monkeypatch.setattr(caps, "against", lambda before, after: ("codes",))
 
     def most(name: str, told: dict[str, float] | None) -> float:
         best = dataclasses.replace(candidate(name, 900.0), told=told)
         found: Any = SimpleNamespace(
             choices=(SimpleNamespace(best=best),), candidates=(best,), measured=(None, None)
         )
-        return trust.most_of_a_name("partly explained", found)
+        return caps.most_of_a_name("partly explained", found)
 
-    assert most("bit_truncation", {}) == trust.MOST_IN_PART
-    assert most("bit_truncation", None) == trust.MOST_AGAINST  # only fitted
-    assert most("white_balance", {}) == trust.MOST_AGAINST
+    assert most("bit_truncation", {}) == caps.MOST_IN_PART
+    assert most("bit_truncation", None) == caps.MOST_AGAINST  # only fitted
+    assert most("white_balance", {}) == caps.MOST_AGAINST
 
 
 def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:

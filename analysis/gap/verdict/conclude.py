@@ -8,6 +8,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
 from analysis.gap.verdict.begun import with_first_frames
+from analysis.gap.verdict.caps import most_of_a_name
 from analysis.gap.verdict.places import places
 from analysis.gap.verdict.separating import next_capture
 from analysis.gap.verdict.strength import figure_of
@@ -15,7 +16,6 @@ from analysis.gap.verdict.trail import Trail, elsewhere, gap_of
 from analysis.gap.verdict.trust import (
     DOUBT,
     likelier_none,
-    most_of_a_name,
     no_surer,
     probability_of,
 )
