@@ -13,6 +13,7 @@ from sensor import record
 from sensor.camera import Camera
 from sensor.camera_file import load
 from sensor.catalogue import effect
+from sensor.effects.image_lag import ImageLag
 from sensor.film import Film
 from sensor.protocol import Shot
 from sensor.signal import Signal
@@ -36,12 +37,25 @@ def rates(camera: Camera) -> dict[str, Any]:
 @pytest.mark.parametrize("where", BACKENDS)
 @pytest.mark.parametrize("width", [16, 12, 10])
 @pytest.mark.parametrize(
-    "names", [(), ("lamp_drift",), ("image_lag",), ("temporal_filter", "dropped_frames")]
+    ("names", "chance"),
+    [
+        ((), 0.0),
+        (("lamp_drift",), 0.0),
+        (("image_lag",), 0.0),
+        (("image_lag",), 1.0),
+        (("temporal_filter", "dropped_frames"), 0.0),
+    ],
 )
 def test_batches_make_the_frames_of_the_whole_shot(
-    where: str, width: int, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+    where: str,
+    width: int,
+    names: tuple[str, ...],
+    chance: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     camera = camera_with(6, width, *names)
+    if "image_lag" in names:
+        camera = camera.plus(ImageLag(fraction=0.1, by_chance=chance, from_dark=chance))
     monkeypatch.setattr(record, "BATCH_PIXELS", 3 * 6 * width)
     batches = list(record.take(camera, SHOT, rates(camera), where=backend(where)))
     assert [len(batch) for batch in batches] == [3, 3, 3, 2]

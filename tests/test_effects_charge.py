@@ -212,6 +212,36 @@ def test_image_lag_remembers_in_time_and_not_in_space() -> None:
     must_fail(check, np.random.default_rng(5).permuted(frames, axis=0))
 
 
+def test_an_image_lag_of_single_electrons_is_poisson_and_has_no_memory() -> None:
+    """What stays of a Poisson process and what goes are two of them, independent of each other."""
+    light, f = 9000.0, 0.1
+
+    def check(frames: Array) -> None:
+        noise = frames - light
+        total = light + NOISE
+        in_time = [float((noise[k:] * noise[: len(noise) - k]).mean()) for k in (0, 1, 2)]
+        error = lagged_error(total, noise)
+        assert_agree(in_time, [total, 0, 0], [math.sqrt(2) * error, error, error])
+
+    check(frames_of(ImageLag(fraction=f, by_chance=1.0), rate=flat(light), frames=60))
+    must_fail(check, frames_of(ImageLag(fraction=f), rate=flat(light), frames=60))
+
+
+@pytest.mark.parametrize("by_chance", [0.0, 1.0])
+def test_a_shot_that_begins_in_the_dark_lacks_what_stays_behind(by_chance: float) -> None:
+    """f of the mean of the first frame, f^2 of the second, f^3 of the third."""
+    light, f = 9000.0, 0.1
+    effect = ImageLag(fraction=f, by_chance=by_chance, from_dark=1.0)
+
+    def check(frames: Array) -> None:
+        lacks = light - frames[:3].mean(axis=(1, 2))
+        error = math.sqrt((light + NOISE) / frames[0].size)
+        assert_agree(lacks, [light * f**k for k in (1, 2, 3)], [error] * 3)
+
+    check(frames_of(effect, rate=flat(light), frames=8))
+    must_fail(check, frames_of(ImageLag(fraction=f), rate=flat(light), frames=8))
+
+
 def test_smear_runs_through_the_whole_column_with_its_own_shot_noise() -> None:
     dim, bright, leak, transfer = 200.0, 20_000.0, 0.02, 1 / 15
     image = np.full((64, 96), dim)

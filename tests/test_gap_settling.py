@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.gap.diagnose import diagnose
 from analysis.gap.look.settling import FEWEST, LEFT_OUT, Beginning, beginning, without_it
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict.begun import with_first_frames
+from sensor.effects.image_lag import ImageLag
 from sensor.effects.lamp_drift import LampDrift
+from sensor.effects.row_noise import RowNoise
 from sensor.frames import Capture, Frames
 from sensor.protocol import Protocol, Shot
 from sensor.record import record
-from tests.short import camera, light
+from tests.short import PROTOCOL, camera, light
 
 BLACK_DN, GAIN, SIDE = 100.0, 0.3, 64
 SHARE = 0.04
@@ -61,6 +64,7 @@ def test_a_share_that_stays_behind_is_told_by_first_frames(follows: bool) -> Non
         assert found.share_se is not None
         assert found.share_se < 0.02 * SHARE
         assert abs(found.share - SHARE) < 4.5 * found.share_se
+        assert found.from_dark is not follows
         assert found.chance < 1e-12
 
 
@@ -115,7 +119,8 @@ def test_where_all_other_frames_match_first_frames_decide() -> None:
     """They name the lag that they agree on, and else say where something is wrong."""
     lag = with_first_frames(report("matched"), BEGINS)
     assert (lag.verdict, [one.name for one in lag.effects]) == ("explained", ["image_lag"])
-    assert lag.effects[0].parameters["fraction"].value == SHARE
+    figures = {name: one.value for name, one in lag.effects[0].parameters.items()}
+    assert figures == {"fraction": SHARE, "by_chance": 1.0, "from_dark": 1.0}
     assert lag.gap.p_value_before == BEGINS.chance
     assert [place.shot for place in lag.where] == ["bright", "dim"]
     unknown = dataclasses.replace(BEGINS, share=None, share_se=None)
@@ -131,3 +136,21 @@ def test_elsewhere_they_are_a_note_at_most(verdict: str, begins: Any) -> None:
     after = with_first_frames(before, begins)
     assert after.verdict == verdict
     assert len(after.notes) == (begins is not None)
+
+
+@pytest.mark.whole
+def test_a_camera_with_the_lag_that_was_found_is_diagnosed_alike() -> None:
+    """The whole way and back: of a camera whose shots begin in the dark, to four standard errors,
+    and of the camera that was found, to five, which is 3.5 of the difference."""
+    made = camera().plus(ImageLag(fraction=0.08, by_chance=1.0, from_dark=1.0))
+    shares = []
+    for seed in (1, 2):
+        taken = record(made, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=seed)
+        found = diagnose(taken, stated={"lamp": light()}, suspects=[ImageLag, RowNoise])
+        assert (found.report.verdict, found.report.effects[0].name) == ("explained", "image_lag")
+        shares.append(found.report.effects[0].parameters["fraction"])
+        assert found.camera is not None
+        made = found.camera
+    assert shares[0].se is not None
+    assert shares[0].value == pytest.approx(0.08, abs=4.0 * shares[0].se)
+    assert shares[1].value == pytest.approx(shares[0].value, abs=5.0 * shares[0].se)

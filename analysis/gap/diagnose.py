@@ -24,6 +24,7 @@ from analysis.gap.camera.base import camera_of
 from analysis.gap.look.arithmetic import FINER, OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
+from analysis.gap.verdict.begun import lag_of
 from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
 from analysis.gap.verdict.follow import follow
 from analysis.gap.verdict.step import Watch
@@ -100,6 +101,10 @@ class Diagnosis:
             return None
         last = self.trail.models[-1]
         made = camera_of(last.base, last.scenery.body).plus(*last.effects)
+        lag = lag_of(self.setting.begins) if self.setting else None
+        by_first_frames = {one.name for one in self.report.effects} - {e.name for e in last.effects}
+        if lag is not None and lag.name in by_first_frames:
+            made = made.plus(lag)
         if not last.base.level or not last.scenery.light.in_electrons:
             return made
         level = np.mean(list(last.base.level.values()), axis=0)

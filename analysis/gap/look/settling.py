@@ -59,6 +59,7 @@ class Beginning:
         z: the same in scatters of the frames' means.
         chance: that the largest of them comes about by chance.
         share, share_se: of the charge that stays behind, if that is what it is.
+        from_dark: whether shots begin in the dark, and not with what the one before has left.
     """
 
     shots: tuple[str, ...]
@@ -67,6 +68,7 @@ class Beginning:
     chance: float
     share: float | None
     share_se: float | None
+    from_dark: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,7 +101,7 @@ def beginning(capture: Capture) -> Beginning | None:
         return None
     z = np.array([one.off[0] / max(one.scatter, 1e-9) for one in off])
     freedom = min(min(f.count, MOST) for f in capture.lit if f.count >= FEWEST) - LEFT_OUT - 1
-    share, share_se = _share(shots) or (None, None)
+    share, share_se, from_dark = _share(shots) or (None, None, True)
     return Beginning(
         shots=tuple(one.label for one in off),
         off_dn=tuple(float(one.off[0]) for one in off),
@@ -107,6 +109,7 @@ def beginning(capture: Capture) -> Beginning | None:
         chance=min(1.0, len(lit) * 2.0 * float(stats.t.sf(np.abs(z).max(), freedom))),
         share=share,
         share_se=share_se,
+        from_dark=from_dark,
     )
 
 
@@ -132,21 +135,20 @@ def _means_of(frames: Frames) -> _Means:
     )
 
 
-def _share(shots: Sequence[_Means]) -> tuple[float, float] | None:
-    """The share that stays behind and its standard error, by the first frames of all shots, if the
-    second frames bear it out; None if it is no such thing.
+def _share(shots: Sequence[_Means]) -> tuple[float, float, bool] | None:
+    """The share that stays behind, its standard error, and whether shots begin in the dark: by the
+    first frames of all shots, if the second frames bear it out; None if it is no such thing.
 
     Args:
         shots: in the order in which they were taken.
     """
     levels = np.array([one.level for one in shots])
     black = min((one.level for one in shots if not one.lit), default=0.0)
-    in_the_dark = levels - black
-    one_by_one = np.diff(levels, prepend=levels[0])
+    ways = {True: levels - black, False: np.diff(levels, prepend=levels[0])}
     first, second = np.array([one.off for one in shots]).T
     noise = np.array([one.scatter for one in shots])
     found = []
-    for steps in (in_the_dark, one_by_one):
+    for from_dark, steps in ways.items():
         length = float(steps @ steps)
         if not length:
             continue
@@ -156,8 +158,8 @@ def _share(shots: Sequence[_Means]) -> tuple[float, float] | None:
         in_second = -float(second @ steps) / length
         borne_out = abs(in_second - share**2) < max(SURE * error, share**2 / 2)
         if share > SURE * error and borne_out:
-            found.append((float(left @ left) / float(first @ first), share, error))
+            found.append((float(left @ left) / float(first @ first), share, error, from_dark))
     if not found or min(found)[0] > ALIKE**2:
         return None
-    _, share, error = min(found)
-    return share, error
+    _, share, error, from_dark = min(found)
+    return share, error, from_dark

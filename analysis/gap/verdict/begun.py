@@ -25,29 +25,36 @@ def with_first_frames(report: GapReport, begins: Beginning | None) -> GapReport:
     report = dataclasses.replace(report, notes=(*report.notes, note))
     if report.verdict != "matched":
         return report
-    named = _lag(begins)
+    lag = lag_of(begins)
     return dataclasses.replace(
         report,
-        verdict="explained" if named else "unexplained",
-        effects=named,
+        verdict="explained" if lag else "unexplained",
+        effects=(_named(lag, begins),) if lag else (),
         gap=dataclasses.replace(report.gap, p_value_before=begins.chance),
         where=(*_places(begins), *report.where),
     )
 
 
-def _lag(begins: Beginning) -> tuple[Named, ...]:
-    """The image lag that first and second frames agree on, if they do."""
-    if begins.share is None:
-        return ()
-    fraction = Figure(value=begins.share, se=begins.share_se, unit="1")
-    return (
-        Named(
-            name=ImageLag.name,
-            probability=LATER,
-            indistinguishable_from=(),
-            absorbed=0.0,
-            parameters={"fraction": fraction},
-        ),
+def lag_of(begins: Beginning | None) -> ImageLag | None:
+    """The image lag that first and second frames agree on, if they do: of single electrons, as one
+    of a fixed share is seen in all frames.
+    """
+    if begins is None or begins.share is None:
+        return None
+    return ImageLag(fraction=begins.share, by_chance=1.0, from_dark=float(begins.from_dark))
+
+
+def _named(lag: ImageLag, begins: Beginning) -> Named:
+    errors = {"fraction": begins.share_se}
+    return Named(
+        name=lag.name,
+        probability=LATER,
+        indistinguishable_from=(),
+        absorbed=0.0,
+        parameters={
+            p.name: Figure(value=getattr(lag, p.name), se=errors.get(p.name), unit=p.unit)
+            for p in lag.parameters()
+        },
     )
 
 
