@@ -35,6 +35,9 @@ FEWEST = 3 * LEFT_OUT
 
 MOST = 32
 
+ENOUGH_PX = 20_000
+"""Of larger frames every other pixel is looked at, or fewer: about so many."""
+
 STANDS_OUT = 10.0
 """Scatters of the later frames' means by which the first one's differs."""
 
@@ -123,8 +126,9 @@ def without_it(capture: Capture) -> Capture:
 
 
 def _means_of(frames: Frames) -> _Means:
-    few = np.asarray(frames.dn[:MOST, ::2, ::2], dtype=np.float64)
-    means = few.reshape(len(few), -1).mean(axis=1)
+    step = max(1, round((frames.height * frames.width / ENOUGH_PX) ** 0.5))
+    few = frames.dn[:MOST, ::step, ::step]
+    means = few.reshape(len(few), -1).mean(axis=1, dtype=np.float64)
     later = means[LEFT_OUT:]
     return _Means(
         label=frames.shot.label,
