@@ -192,3 +192,23 @@ def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:
     assert trust.no_surer([0.34, 0.75]) == [0.34, 0.34]
     assert trust.no_surer([0.9, 0.75, 0.2]) == [0.9, 0.75, 0.2]
     assert trust.no_surer([]) == []
+
+
+@pytest.mark.parametrize(
+    ("left", "little", "pair"),
+    [
+        ((11.0, 6.1, 0.1), True, True),
+        ((11.0, 6.1, 0.1), False, False),  # a family speaks against both
+        ((11.0, 1.1, 0.1), True, False),  # the second one is a remainder of the first
+        ((11.0, 9.0, 0.1), True, False),  # the first one closes little
+        ((11.0, 0.1), True, False),
+    ],
+)
+def test_two_that_need_each_other_and_leave_nothing_are_a_pair(
+    left: tuple[float, ...], little: bool, pair: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each closes a quarter of the gap at least."""
+    monkeypatch.setattr(trust, "nothing_left", lambda base, both: little)
+    measured: Any = [SimpleNamespace(held=SimpleNamespace(total=total)) for total in left]
+    assert trust.is_a_pair(measured) is pair
+    assert trust.LIKELIER < trust.IN_PAIR < trust.LATER
