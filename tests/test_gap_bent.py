@@ -54,9 +54,10 @@ def through(exponent: float, about_black: bool) -> Setting:
     return setting
 
 
-def is_made_of_shots_without_a_dark() -> Setting:
-    capture = record(camera(), PROTOCOL, {"lamp": light().rate_e_per_s}, seed=5)
-    setting = look(Capture(camera="lit", frames=capture.frames[1:]), {"lamp": light()})
+def taken(brightness: float, shots: slice) -> Setting:
+    """Some shots of that camera under more or less light."""
+    capture = record(camera(), PROTOCOL, {"lamp": light().rate_e_per_s * brightness}, seed=5)
+    setting = look(Capture(camera="some", frames=capture.frames[shots]), {"lamp": light()})
     assert setting is not None
     return setting
 
@@ -78,8 +79,13 @@ def test_what_goes_as_the_exposure_has_no_curve() -> None:
     assert bent(through(1.0, about_black=False)) is None
 
 
-def test_without_darks_or_exposures_nothing_is_told() -> None:
-    assert bent(is_made_of_shots_without_a_dark()) is None
+@pytest.mark.parametrize(
+    ("brightness", "shots"),
+    [(1.0, slice(1, None)), (1.0, slice(0, 2)), (0.01, slice(None))],
+    ids=["no dark", "one exposure", "nothing is lit"],
+)
+def test_where_exposures_say_nothing_nothing_is_told(brightness: float, shots: slice) -> None:
+    assert bent(taken(brightness, shots)) is None
 
 
 def test_what_bends_light_and_not_codes_is_no_power() -> None:

@@ -49,7 +49,9 @@ NEARLY = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class _Exposed:
-    """Blocks under one lamp at one exposure: their means, and those of the dark, in DN."""
+    """Blocks under one lamp at one exposure times level: their means, and those of the dark, in
+    DN.
+    """
 
     exposure_s: float
     lit_dn: Floats
@@ -65,16 +67,15 @@ def bent(setting: Setting) -> Told | None:
     """
     top_dn = float(setting.scenery.view.top_dn)
     exposed = list(_exposed(setting))
-    if not exposed:
-        return None
 
     def scatter(exponent: float, origin_dn: float) -> float:
         off = [_off(shots, top_dn, origin_dn, exponent) for shots in exposed]
-        rates, weights = np.concatenate(off, axis=1)
-        return float(np.sqrt(np.average(np.square(rates), weights=weights)))
+        rates, weights = np.concatenate([np.zeros((2, 0)), *off], axis=1)
+        # nothing is lit well enough, or at one exposure alone
+        return float(np.sqrt(weights @ np.square(rates) / max(weights.sum(), 1.0)))
 
     as_it_is = scatter(1.0, 0.0)
-    if not as_it_is > BENT:
+    if as_it_is <= BENT:
         return None
     likelier = sorted(
         min((scatter(float(exponent), origin_dn), float(exponent), about) for exponent in EXPONENTS)
@@ -92,13 +93,13 @@ def bent(setting: Setting) -> Told | None:
 def _exposed(setting: Setting) -> Iterator[list[_Exposed]]:
     """Blocks of each lamp at each of its exposures, the longest one last; of lamps with several."""
     frames = setting.capture.frames
-    darks = sorted((f for f in frames if f.shot.dark), key=lambda f: exposure_of(f.shot))
+    darks = sorted((f for f in frames if f.shot.dark), key=lambda f: f.shot.exposure_s)
     if not darks:
         return
     means = {f.shot.label: _means(f, setting) for f in frames}
-    at_s = [exposure_of(f.shot) for f in darks]
+    at_s = [f.shot.exposure_s for f in darks]
     levels = np.array([means[f.shot.label].mean(axis=1) for f in darks])
-    lit = [f for f in frames if not f.shot.dark]
+    lit = [f for f in frames if not f.shot.dark and exposure_of(f.shot) > 0]
     for lamp in sorted({lamp_of(f.shot) for f in lit}):
         shots = sorted(
             (f for f in lit if lamp_of(f.shot) == lamp), key=lambda f: exposure_of(f.shot)
@@ -107,9 +108,9 @@ def _exposed(setting: Setting) -> Iterator[list[_Exposed]]:
             continue
         yield [
             _Exposed(
-                exposure_s=(exposure_s := exposure_of(f.shot)),
+                exposure_s=exposure_of(f.shot),
                 lit_dn=means[f.shot.label],
-                dark_dn=np.array([[np.interp(exposure_s, at_s, one)] for one in levels.T]),
+                dark_dn=np.array([[np.interp(f.shot.exposure_s, at_s, one)] for one in levels.T]),
             )
             for f in shots
         ]
