@@ -11,6 +11,7 @@ import pytest
 from analysis.gap.camera.base import Body
 from analysis.gap.verdict import caps, trust
 from analysis.gap.verdict.verdict import Choice, choose
+from sensor.catalogue import catalogue
 from sensor.effect import Effect
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.effects.veiling_glare import VeilingGlare
@@ -170,6 +171,30 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
     assert most("flicker_noise", "partly explained", beaten="row_noise") == caps.MOST_IN_PART
     assert most("flicker_noise", "explained") == caps.MOST_CERTAIN
     assert most("interference", "partly explained") == caps.MOST_IN_PART
+
+
+@pytest.mark.parametrize(
+    ("name", "left", "witness", "most"),
+    [
+        ("lateral_chromatic_aberration", 0.35, "texture", caps.MOST_BUT_TEXTURE),
+        ("lateral_chromatic_aberration", 0.95, "texture", caps.MOST_AGAINST),  # much is left
+        ("lateral_chromatic_aberration", 0.35, "rows", caps.MOST_AGAINST),  # optics move no rows
+        ("large_scale_prnu", 0.35, "texture", caps.MOST_AGAINST),  # which has a texture of its own
+    ],
+)
+def test_edges_that_lie_a_little_elsewhere_leave_a_texture(
+    name: str, left: float, witness: str, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of an effect that moves the picture, and closes nine tenths of the gap."""
+    monkeypatch.setattr(caps, "against", lambda before, after: (witness,))
+    best = dataclasses.replace(candidate(name, 900.0), effect=catalogue()[name]())
+    totals = [SimpleNamespace(held=SimpleNamespace(total=total)) for total in (5.3, left)]
+    found: Any = SimpleNamespace(
+        choices=(SimpleNamespace(best=best, beaten=frozenset()),),
+        candidates=(best,),
+        measured=totals,
+    )
+    assert caps.most_of_a_name("partly explained", found) == most
 
 
 def test_lost_bits_are_seen_whatever_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
