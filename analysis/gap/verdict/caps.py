@@ -38,7 +38,7 @@ MOST_BUT_TEXTURE = 0.6
 """Part of a gap that an effect of the optics closes, and the largest probability of its name, where
 the structure of the picture alone speaks against it. Edges that lie a sixth of a pixel elsewhere
 leave that much: a lateral colour by somebody else, whose panels end on thirds of a pixel, left 19 %
-of the texture and 7 % of G 5.3, its score 29,378 ahead of the next one's 26,256, and had no name."""
+of texture and 7 % of G 5.3, its score 29,378 ahead of the next one's 26,256, and had no name."""
 
 OF_ROWS = frozenset({"row_noise", "black_level_drift", "flicker_noise"})
 """Noise that rows have in common, each with its own spectrum. Where one of them leaves something
