@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import diagnose
-from analysis.gap.look.settling import FEWEST, LEFT_OUT, Beginning, beginning, without_it
+from analysis.gap.look.settling import FEWEST, LEFT_OUT, Beginning, beginning, without_beginnings
 from analysis.gap.report import NO_GAP, GapReport
 from analysis.gap.verdict.begun import with_first_frames
 from sensor.effects.image_lag import ImageLag
@@ -90,13 +90,21 @@ def test_steady_shots_and_a_lamp_that_warms_up_begin_as_they_go_on() -> None:
     assert beginning(warm) is None
 
 
+def test_without_a_dark_no_share_of_the_whole_signal_is_told() -> None:
+    """Nobody knows how much of what is there is light."""
+    capture = capture_of(SHARE, follows=False)
+    found = beginning(dataclasses.replace(capture, frames=capture.frames[1:]))
+    assert found is not None
+    assert found.share is None
+
+
 def test_few_frames_tell_nothing() -> None:
     assert beginning(capture_of(SHARE, follows=False, counts=FEWEST - 1)) is None
 
 
 def test_first_frames_are_left_out() -> None:
     capture = capture_of(SHARE, follows=False)
-    rest = without_it(capture)
+    rest = without_beginnings(capture)
     assert [f.count for f in rest.frames] == [24 - LEFT_OUT] * 4
     assert beginning(rest) is None
 

@@ -116,7 +116,7 @@ def beginning(capture: Capture) -> Beginning | None:
     )
 
 
-def without_it(capture: Capture) -> Capture:
+def without_beginnings(capture: Capture) -> Capture:
     """The capture without the first frames of its shots."""
     frames = (
         dataclasses.replace(f, dn=f.dn[LEFT_OUT:]) if f.count >= FEWEST else f
@@ -147,8 +147,9 @@ def _share(shots: Sequence[_Means]) -> tuple[float, float, bool] | None:
         shots: in the order in which they were taken.
     """
     levels = np.array([one.level for one in shots])
-    black = min((one.level for one in shots if not one.lit), default=0.0)
-    ways = {True: levels - black, False: np.diff(levels, prepend=levels[0])}
+    ways = {False: np.diff(levels, prepend=levels[0])}
+    if dark := [one.level for one in shots if not one.lit]:
+        ways[True] = levels - min(dark)  # without a dark nothing tells how bright shots are
     first, second = np.array([one.off for one in shots]).T
     noise = np.array([one.scatter for one in shots])
     found = []

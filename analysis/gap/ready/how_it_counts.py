@@ -83,7 +83,7 @@ def how_it_counts(
         channels = channels_of(lattices)
         each = in_order(lambda channel: code_edges(shots, lattices, channel), channels)
         edges = dict(zip(channels, each, strict=True))
-        # nobody multiplies a mosaic
+        # of a mosaic only whole codes are multiplied
         finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
     if finer is not None and (finer.gains or not coloured):
         return HowItCounts(arithmetic=finer.rules[0], rules=finer.rules, gains=finer.gains)

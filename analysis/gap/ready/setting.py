@@ -21,7 +21,7 @@ from analysis.gap.look.jpeg_tables import quality
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import begun
-from analysis.gap.look.settling import Beginning, beginning, without_it
+from analysis.gap.look.settling import Beginning, beginning, without_beginnings
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import Told, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
@@ -75,7 +75,7 @@ class Setting:
 def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     """Everything that is known of a capture before any model; None where it has too few frames."""
     begins = beginning(capture)
-    capture = without_it(capture) if begins else capture
+    capture = without_beginnings(capture) if begins else capture
     chosen = plan(capture)
     if chosen is None:
         return None
