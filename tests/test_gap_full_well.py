@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,6 +14,7 @@ from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.brimful import brimful
 from analysis.gap.ready.full_well import Dark, Samples, full_well_e, levels_of_full
 from analysis.gap.ready.setting import Setting, look
+from sensor.colours import Colours
 from sensor.effects.blooming import Blooming
 from sensor.effects.nonlinearity import Nonlinearity
 from sensor.frames import Capture, Frames
@@ -30,6 +32,22 @@ def taken(*effects: Blooming) -> Capture:
     """A dark, a dim and a bright shot."""
     made = camera().plus(*effects).with_body(5)
     return record(made, PROTOCOL, {"lamp": light().rate_e_per_s}, seed=5)
+
+
+STEEP_DN_PER_E = 0.055
+"""A gain by which the converter ends at 4,500 e-."""
+
+ABOVE_ITS_END_E = 4600.0
+
+
+def taken_by_a_short_converter(drained: float) -> Capture:
+    """A bright shot with up to 5,000 e-, of which a twelfth is clipped, full or not."""
+    dark, dim, bright = PROTOCOL.shot
+    shots = (dark, dim, dataclasses.replace(bright, level=(0.65,)))
+    made = dataclasses.replace(camera(), gain_dn_per_e=Colours.of(STEEP_DN_PER_E))
+    made = made.plus(Blooming(full_well_e=ABOVE_ITS_END_E, drained=drained)).with_body(5)
+    protocol = dataclasses.replace(PROTOCOL, shot=shots)
+    return record(made, protocol, {"lamp": light().rate_e_per_s}, seed=5)
 
 
 def setting_of(capture: Capture) -> Setting:
@@ -64,6 +82,19 @@ def test_nothing_is_told_of_photosites_that_are_not_full() -> None:
     assert brimful(setting_of(taken())) is None
 
 
+def test_the_camera_is_told_as_well_where_the_converter_ends_first() -> None:
+    """What lies at its end tells no product of gain and full well, but that it is at least there;
+    the gain is told by samples below to 3 %, and the light by the darkest blocks."""
+    told = brimful(setting_of(taken_by_a_short_converter(drained=0.5)))
+    assert told is not None
+    assert told.base is not None
+    gain = told.base.gain_dn_per_e / STEEP_DN_PER_E
+    np.testing.assert_allclose(gain, 1.0, atol=2 * 0.03)
+    np.testing.assert_allclose(told.base.level["lamp"] * gain, 1.0, atol=0.03)
+    at_least_e = (TOP_DN - 6.0) / STEEP_DN_PER_E
+    assert told.hints["full_well_e"] == pytest.approx(at_least_e, rel=2 * 0.03)
+
+
 @pytest.mark.whole
 def test_blooming_is_named_under_the_light_that_was_stated() -> None:
     """A base that knows no full photosites makes the light as flat as they are, and under such a
@@ -75,6 +106,22 @@ def test_blooming_is_named_under_the_light_that_was_stated() -> None:
     assert blooming["full_well_e"].value == pytest.approx(FULL_E, rel=3 * 0.03)
     assert blooming["drained"].value == pytest.approx(0.8, abs=0.05)
     assert found.gap.after < 1e-3 * found.gap.before
+
+
+@pytest.mark.whole
+@pytest.mark.parametrize("drained", [0.0, 0.5])
+def test_blooming_is_named_by_what_runs_over_where_the_converter_ends_first(
+    drained: float,
+) -> None:
+    """All that is seen of full photosites is their surroundings."""
+    capture = taken_by_a_short_converter(drained)
+    found = diagnose(capture, stated={"lamp": light()}, suspects=[Blooming, Nonlinearity]).report
+    assert found.verdict == "explained"
+    assert [e.name for e in found.effects] == ["blooming"]
+    for name, true in (("full_well_e", ABOVE_ITS_END_E), ("drained", drained)):
+        fitted = found.effects[0].parameters[name]
+        assert fitted.se is not None
+        assert fitted.value == pytest.approx(true, abs=3 * fitted.se)
 
 
 TOP_DN = 255

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,21 +32,28 @@ def brimful(setting: Setting) -> Told | None:
     is well below; None where no shot has full ones, or nothing is below.
 
     A camera that was calibrated to all of them has less gain and other light, as bright samples
-    have neither the noise nor the level of theirs.
+    have neither the noise nor the level of theirs. So it has where the converter ends first: what
+    lies there may be full, at least with what its last code stands for.
 
     Args:
         setting: the capture.
     """
     ends = _ends(setting)
-    full = {label: levels for label, levels in ends.items() if np.isfinite(levels).any()}
-    gain = _gain_below(setting, ends) if full else None
+    some = {label: one for label, one in ends.items() if np.isfinite(one.at_least_dn).any()}
+    gain = _gain_below(setting, ends) if some else None
     if gain is None:
         return None
-    _, base = by_moments(setting, full=Full(levels_dn=full, gain_dn_per_e=gain))
-    above_dn = np.array(list(full.values())) - base.black_dn
-    told = np.isfinite(above_dn)
-    charge_e = float(np.median((above_dn / base.gain_dn_per_e)[told]))
-    base = _as_full(base, np.where(told, above_dn, np.nan), charge_e)
+    at_least_dn = {label: one.at_least_dn for label, one in some.items()}
+    _, base = by_moments(setting, full=Full(levels_dn=at_least_dn, gain_dn_per_e=gain))
+    above_dn, at_least = (
+        np.array([getattr(one, what) for one in some.values()]) - base.black_dn
+        for what in ("full_dn", "at_least_dn")
+    )
+    if (told := np.isfinite(above_dn)).any():
+        charge_e = float(np.median((above_dn / base.gain_dn_per_e)[told]))
+        base = _as_full(base, np.where(told, above_dn, np.nan), charge_e)
+    else:
+        charge_e = float(np.max((at_least / base.gain_dn_per_e)[np.isfinite(at_least)]))
     # a light that was made to look like full photosites has none to be filled
     begin = Told(
         hints={"full_well_e": charge_e, "drained": USUALLY_DRAINED},
@@ -75,25 +83,47 @@ def _as_full(base: Base, above_dn: Floats, charge_e: float) -> Base:
     return dataclasses.replace(base, gain_dn_per_e=gain, level=level)
 
 
-def _ends(setting: Setting) -> dict[str, Floats]:
-    """Level of full photosites in DN by label of a lit shot, (channels,); infinite where there are
-    none or the converter ends first.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Ends:
+    """Where the samples of a lit shot end, in DN.
+
+    Attributes:
+        full_dn: level of full photosites, infinite where none are seen, (channels,).
+        at_least_dn: the same, and the end of the converter where samples lie there, (channels,).
     """
-    shots = lit(setting.key_frames)
-    found: list[dict[str, list[float]]] = [{c: [] for c in setting.seen.channels} for _ in shots]
-    for lattice in setting.scenery.view.lattices:
-        dark = dark_of(setting.key_frames, lattice)
-        levels = levels_of_full([samples_of(one, lattice) for one in shots], dark)
-        for by_channel, level in zip(found, levels, strict=True):
-            if level is not None:
-                by_channel[lattice.channel].append(level)
+
+    full_dn: Floats
+    at_least_dn: Floats
+
+
+def _ends(setting: Setting) -> dict[str, _Ends]:
+    """Where samples end by label of a lit shot."""
+    shots, lattices = lit(setting.key_frames), setting.scenery.view.lattices
+    full, clipped = (np.full((len(shots), len(lattices)), np.inf) for _ in range(2))
+    for n, lattice in enumerate(lattices):
+        samples = [samples_of(one, lattice) for one in shots]
+        levels = levels_of_full(samples, dark_of(setting.key_frames, lattice))
+        full[:, n] = [np.inf if level is None else level for level in levels]
+        clipped[:, n] = [one.top_dn if one.clipped else np.inf for one in samples]
+    channels = setting.seen.channels
+    of = [[one.channel == channel for one in lattices] for channel in channels]
+    full, clipped = (
+        np.array([[_mean_of_told(row[mask]) for mask in of] for row in some])
+        for some in (full, clipped)
+    )
     return {
-        stack.shot.label: np.array([np.mean(one) if one else np.inf for one in levels.values()])
-        for stack, levels in zip(shots, found, strict=True)
+        stack.shot.label: _Ends(full_dn=f, at_least_dn=np.minimum(f, c))
+        for stack, f, c in zip(shots, full, clipped, strict=True)
     }
 
 
-def _gain_below(setting: Setting, ends: Mapping[str, Floats]) -> Floats | None:
+def _mean_of_told(levels: Floats) -> float:
+    """Of those that are told; infinite where none is."""
+    told = levels[np.isfinite(levels)]
+    return float(told.mean()) if told.size else np.inf
+
+
+def _gain_below(setting: Setting, ends: Mapping[str, _Ends]) -> Floats | None:
     """Gain in DN/e- by channel, by photon transfer of samples well below full: by how much more
     they change than dark ones, over how much brighter they are. None where there are too few.
 
@@ -102,7 +132,7 @@ def _gain_below(setting: Setting, ends: Mapping[str, Floats]) -> Floats | None:
 
     Args:
         setting: the capture.
-        ends: level of full photosites by label of a lit shot, (channels,).
+        ends: where samples end by label of a lit shot.
     """
     channels = setting.seen.channels
     more_dn2, above_dn = np.zeros((2, len(channels)))
@@ -111,7 +141,7 @@ def _gain_below(setting: Setting, ends: Mapping[str, Floats]) -> Floats | None:
         dark = dark_of(setting.key_frames, lattice)
         for stack in lit(setting.key_frames):
             one = samples_of(stack, lattice)
-            ends_dn = min(ends[stack.shot.label][c], NOT_CLIPPED * stack.top_dn)
+            ends_dn = min(ends[stack.shot.label].full_dn[c], NOT_CLIPPED * stack.top_dn)
             below = np.flatnonzero(one.mean < dark.mean_dn + BELOW_FULL * (ends_dn - dark.mean_dn))
             darkest_first = below[np.argsort(one.mean[below])]
             count = len(below) // FEWEST
