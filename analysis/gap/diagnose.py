@@ -19,6 +19,7 @@ from analysis.gap.calibrate.counting import (
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
+from analysis.gap.calibrate.hidden import with_even_spread
 from analysis.gap.calibrate.refine import FAR, Refined, as_shown, refine
 from analysis.gap.camera.base import camera_of
 from analysis.gap.look.arithmetic import FINER, OF_WHOLE_SAMPLES
@@ -38,9 +39,6 @@ from sensor.effect import Effect
 from sensor.effects.black_level_offset import BlackLevelOffset
 from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture
-
-ROUNDED_DN = 0.5
-"""Noise of darks below which their moments do not tell how much of it there is."""
 
 
 def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
@@ -63,9 +61,10 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
 
     dark = darks_of(fit_half, scenery, setting.black_dn)
     best = fitted(dark)
-    by_light = darks_by_light(fit_half, scenery) if dark.noise_dn < ROUNDED_DN else None
+    by_light = darks_by_light(fit_half, scenery) if dark.quiet else None
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
+    best = with_even_spread(best, dark, fit_half, scenery, effects)
     best = with_likelier_gains(best, fit_half, scenery, counting.gains)
     best = without_gains(best, fit_half, scenery)
     # codes alone leave open whether means of what is multiplied afterwards are whole

@@ -83,6 +83,9 @@ def behind_rounding(
     return np.array([found[0], np.exp(2 * found[1]), np.exp(2 * found[2])])
 
 
+ROUNDED_DN = 0.5
+"""Read noise and offsets together below which darks are behind rounding."""
+
 UNSATURATED = 0.9
 """Part of the range below which a block is used to point to the black level."""
 
@@ -118,9 +121,9 @@ class Darks:
         return np.asarray(self.read_dn2 + growth)
 
     @property
-    def noise_dn(self) -> float:
-        """Of the quietest channel: read noise and offsets together."""
-        return float(np.sqrt(np.min(self.read_dn2 + self.fpn_dn2)))
+    def quiet(self) -> bool:
+        """Whether moments do not tell how much noise there is, of the quietest channel."""
+        return float(np.sqrt(np.min(self.read_dn2 + self.fpn_dn2))) < ROUNDED_DN
 
     @staticmethod
     def none(count: int, black_dn: float, read_dn2: float) -> Darks:
