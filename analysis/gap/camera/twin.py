@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from analysis.gap.camera.base import Base, Body, camera_of
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import beyond_stated, light_noise
+from analysis.gap.look.arithmetic import FINER
 from analysis.gap.look.observation import Observation, Stack, View
 from analysis.gap.look.observe import begun
 from analysis.gap.look.repeats import fresh, partly_repeats, repeats
@@ -21,6 +22,7 @@ from foundation.backend import Backend, backend
 from foundation.cores import products_on_one_core
 from sensor.camera import Camera
 from sensor.effect import Effect, Stage
+from sensor.effects.demosaic_other import DemosaicOther
 from sensor.effects.quantization import Quantization
 from sensor.protocol import Shot
 from sensor.signal import Signal
@@ -90,18 +92,29 @@ def begun_twin(
     body = seed if body is None else body
     bare = camera_of(base, scenery.body)
     lights = lights_of(scenery, base, bare)
-    camera = halves_either_way(bare.plus(*effects), effects, body).with_body(body)
+    told = base.arithmetic in FINER
+    camera = halves_either_way(bare.plus(*effects), effects, body, told=told).with_body(body)
     look = begun(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return functools.partial(_under_its_light, look, scenery, base, body)
 
 
-def halves_either_way(camera: Camera, effects: Sequence[Effect], body: int) -> Camera:
+def halves_either_way(
+    camera: Camera, effects: Sequence[Effect], body: int, *, told: bool = False
+) -> Camera:
     """The camera with halves of codes that go up in every other body, where colours are weighed.
 
     What processes whole codes by weights of its own leaves many sums half way between two codes,
-    and the order of additions, which nobody knows, says which way they go.
+    and the order of additions, which nobody knows, says which way they go. Measured samples pass
+    another demosaicer as they are: theirs go where a camera with finer steps sends all halves.
+
+    Args:
+        camera: with the effects.
+        effects: what it has besides its base.
+        body: of which camera.
+        told: whether the frames tell where halves of measured samples go.
     """
-    if not any(effect.stage is Stage.PROCESSING for effect in effects):
+    weighing = [e for e in effects if e.stage is Stage.PROCESSING]
+    if all(told and isinstance(effect, DemosaicOther) for effect in weighing):
         return camera
     counted = next((e for e in camera.effects if isinstance(e, Quantization)), None)
     if counted is None:
