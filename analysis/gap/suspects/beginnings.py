@@ -92,17 +92,26 @@ def otherwise(effect: Effect) -> list[Effect]:
     """The same effect with a choice made differently, or with a parameter as far from here as its
     search begins elsewhere.
     """
-    return [*_chosen_otherwise(effect), *_elsewhere(effect)]
+    return [*chosen_otherwise(effect), *_elsewhere(effect)]
 
 
-def _chosen_otherwise(effect: Effect) -> list[Effect]:
+def choice_of(effect: Effect) -> tuple[float, ...]:
+    """The choices that an effect was made with."""
+    return tuple(getattr(effect, p.name) for p in effect.parameters() if _is_a_choice(p))
+
+
+def _is_a_choice(p: Parameter) -> bool:
+    return p.whole and p.maximum - p.minimum < LONG
+
+
+def chosen_otherwise(effect: Effect) -> list[Effect]:
     """The same effect with one of its choices as another search for it begins, or made one next to
     it: of many a search begins with a few.
     """
     return [
         dataclasses.replace(effect, **{p.name: value})
         for p in effect.parameters()
-        if p.whole and p.maximum - p.minimum < LONG
+        if _is_a_choice(p)
         for value in sorted({*beginnings_of(p), *_next_to(p, getattr(effect, p.name))})
         if value != getattr(effect, p.name)
     ]

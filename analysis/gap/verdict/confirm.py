@@ -12,6 +12,7 @@ from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
+from analysis.gap.suspects.beginnings import choice_of, chosen_otherwise
 from analysis.gap.suspects.recount import recounted
 from analysis.gap.verdict.closing import CERTAIN, accounts, closed, nothing_left, too_wide
 from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
@@ -62,7 +63,30 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     much = closed(now.held.total, step.left.held.total) >= MUCH
     if step.ends or not much:
         return step
-    return _nearer_with_it(step, _calibrated(setting, step, step.model.effects))
+    step = _nearer_with_it(step, _calibrated(setting, step, step.model.effects))
+    return step if step.ends or found.told else _chosen_otherwise(setting, step)
+
+
+def _chosen_otherwise(setting: Setting, step: Step) -> Step:
+    """The same with other choices of the suspect, one after the other, while that leaves less.
+
+    A choice is made where scores tell it apart, and what they tell apart is less than what frames
+    do: a filter that weighs all colours together fits nearly as well as one that weighs each.
+    """
+    tried = {choice_of(step.model.effects[-1])}
+    while not step.ends:
+        *before, effect = step.model.effects
+        others = [one for one in chosen_otherwise(effect) if choice_of(one) not in tried]
+        tried |= {choice_of(one) for one in others}
+        best = step
+        for other in others:
+            best = _nearer_with_it(best, _calibrated(setting, step, (*before, other)))
+            if best.ends:
+                break
+        if best is step:
+            break
+        step = best
+    return step
 
 
 def _nearer_with_it(step: Step, calibrated: Step) -> Step:
