@@ -45,15 +45,14 @@ def brimful(setting: Setting) -> Told | None:
         return None
     at_least_dn = {label: one.at_least_dn for label, one in some.items()}
     _, base = by_moments(setting, full=Full(levels_dn=at_least_dn, gain_dn_per_e=gain))
-    above_dn, at_least = (
-        np.array([getattr(one, what) for one in some.values()]) - base.black_dn
-        for what in ("full_dn", "at_least_dn")
-    )
-    if (told := np.isfinite(above_dn)).any():
+    above_dn = np.array([one.full_dn for one in some.values()]) - base.black_dn
+    told = np.isfinite(above_dn)
+    if told.any():
         charge_e = float(np.median((above_dn / base.gain_dn_per_e)[told]))
         base = _as_full(base, np.where(told, above_dn, np.nan), charge_e)
     else:
-        charge_e = float(np.max((at_least / base.gain_dn_per_e)[np.isfinite(at_least)]))
+        held_e = (np.array(list(at_least_dn.values())) - base.black_dn) / base.gain_dn_per_e
+        charge_e = float(held_e[np.isfinite(held_e)].max())
     # a light that was made to look like full photosites has none to be filled
     begin = Told(
         hints={"full_well_e": charge_e, "drained": USUALLY_DRAINED},
@@ -98,29 +97,22 @@ class _Ends:
 
 def _ends(setting: Setting) -> dict[str, _Ends]:
     """Where samples end by label of a lit shot."""
-    shots, lattices = lit(setting.key_frames), setting.scenery.view.lattices
-    full, clipped = (np.full((len(shots), len(lattices)), np.inf) for _ in range(2))
-    for n, lattice in enumerate(lattices):
+    shots, channels = lit(setting.key_frames), setting.seen.channels
+    full: list[dict[str, list[float]]] = [{c: [] for c in channels} for _ in shots]
+    end = np.full((len(shots), len(channels)), np.inf)
+    for lattice in setting.scenery.view.lattices:
         samples = [samples_of(one, lattice) for one in shots]
         levels = levels_of_full(samples, dark_of(setting.key_frames, lattice))
-        full[:, n] = [np.inf if level is None else level for level in levels]
-        clipped[:, n] = [one.top_dn if one.clipped else np.inf for one in samples]
-    channels = setting.seen.channels
-    of = [[one.channel == channel for one in lattices] for channel in channels]
-    full, clipped = (
-        np.array([[_mean_of_told(row[mask]) for mask in of] for row in some])
-        for some in (full, clipped)
-    )
+        for k, (one, level) in enumerate(zip(samples, levels, strict=True)):
+            if one.clipped:
+                end[k, channels.index(lattice.channel)] = one.top_dn
+            elif level is not None:
+                full[k][lattice.channel].append(level)
+    full_dn = np.array([[np.mean(c) if c else np.inf for c in one.values()] for one in full])
     return {
-        stack.shot.label: _Ends(full_dn=f, at_least_dn=np.minimum(f, c))
-        for stack, f, c in zip(shots, full, clipped, strict=True)
+        stack.shot.label: _Ends(full_dn=seen, at_least_dn=np.minimum(seen, clipped))
+        for stack, seen, clipped in zip(shots, full_dn, end, strict=True)
     }
-
-
-def _mean_of_told(levels: Floats) -> float:
-    """Of those that are told; infinite where none is."""
-    told = levels[np.isfinite(levels)]
-    return float(told.mean()) if told.size else np.inf
 
 
 def _gain_below(setting: Setting, ends: Mapping[str, _Ends]) -> Floats | None:

@@ -14,12 +14,7 @@ from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import MISFIT, Case
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects.beginnings import (
-    as_dark,
-    choices,
-    every_choice,
-    uncoded,
-)
+from analysis.gap.suspects.beginnings import as_dark, choices, every_choice, uncoded
 from analysis.gap.suspects.mend import Tried
 from sensor.effect import Effect, Stage
 
