@@ -14,7 +14,7 @@ from analysis.gap.measure.signature import Evidence, Signature, comes_in_steps, 
 from analysis.gap.ready.hints import Hints, Told
 from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
-from analysis.gap.suspects.beginnings import LONG
+from analysis.gap.suspects.beginnings import is_a_scale
 from analysis.gap.suspects.first_look import IN_THE_PICTURE, in_range
 from analysis.gap.suspects.likelihood import CLEAR, judged
 from analysis.gap.suspects.pursue import pursue
@@ -267,7 +267,7 @@ def too_much(found: Evidence) -> bool:
     Args:
         found: the suspect as it is held against a capture.
     """
-    a_scale = any(p.whole and p.maximum - p.minimum >= LONG for p in found.effect.parameters())
+    a_scale = any(map(is_a_scale, found.effect.parameters()))
     return comes_in_steps(found.effect) and not a_scale and found.amount < LEAST_OF_A_STEP
 
 

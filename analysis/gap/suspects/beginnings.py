@@ -63,7 +63,7 @@ def every_choice(effect: Effect, told: Hints | None = None) -> list[Effect]:
         told: what the frames tell of it, if they do. What they tell is no choice, and all others
             are then, those included that no search begins with.
     """
-    chosen = [p for p in effect.parameters() if p.whole and p.maximum - p.minimum < LONG]
+    chosen = [p for p in effect.parameters() if _is_a_choice(p)]
     if told:
         ranges = [
             [getattr(effect, p.name)]
@@ -100,8 +100,13 @@ def choice_of(effect: Effect) -> tuple[float, ...]:
     return tuple(getattr(effect, p.name) for p in effect.parameters() if _is_a_choice(p))
 
 
+def is_a_scale(p: Parameter) -> bool:
+    """Whether a parameter is one of many whole numbers, along which a search climbs."""
+    return p.whole and p.maximum - p.minimum >= LONG
+
+
 def _is_a_choice(p: Parameter) -> bool:
-    return p.whole and p.maximum - p.minimum < LONG
+    return p.whole and not is_a_scale(p)
 
 
 def chosen_otherwise(effect: Effect) -> list[Effect]:

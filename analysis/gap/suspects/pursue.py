@@ -23,7 +23,7 @@ from analysis.gap.measure.signature import (
     signed,
 )
 from analysis.gap.suspects.adapt import USUAL_RESPONSE
-from analysis.gap.suspects.beginnings import LONG, otherwise
+from analysis.gap.suspects.beginnings import is_a_scale, otherwise
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
@@ -115,7 +115,7 @@ def pursue(case: Case, found: Evidence) -> Candidate:
 def _numbered(attempt: Callable[[Effect, Base], _Try], now: _Try) -> _Try:
     """Climb along a parameter that is a long range of whole numbers, by halving steps."""
     for p in now.effect.parameters():
-        if not p.whole or p.maximum - p.minimum < LONG:
+        if not is_a_scale(p):
             continue
         step = 6.0
         while step >= 1.0:

@@ -64,10 +64,10 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     if step.ends or not much:
         return step
     step = _nearer_with_it(step, _calibrated(setting, step, step.model.effects))
-    return step if step.ends or found.told else _chosen_otherwise(setting, step)
+    return step if step.ends or found.told else _with_other_choices(setting, step)
 
 
-def _chosen_otherwise(setting: Setting, step: Step) -> Step:
+def _with_other_choices(setting: Setting, step: Step) -> Step:
     """The same with other choices of the suspect, one after the other, while that leaves less.
 
     A choice is made where scores tell it apart, and what they tell apart is less than what frames
