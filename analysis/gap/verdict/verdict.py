@@ -233,8 +233,8 @@ def _as_bent(other: Candidate, best: Candidate) -> bool:
 def _fits_better(other: Candidate, best: Candidate) -> bool:
     """Whether a suspect of a lower score that is confused with the best leaves clearly less."""
     likely = other.score > HALF_AS_LIKELY * best.score and confused(other.name, best.name)
-    # by the errors of one and the same model
-    alike = other.model is None and best.model is None
+    # by the errors of one and the same model, and both by least squares
+    alike = other.model is None and best.model is None and best.told is None
     return likely and alike and other.misfit < best.misfit - FITS_BETTER
 
 
