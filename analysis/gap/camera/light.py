@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from analysis.gap.camera.grey_light import GREEN, SUMS, Picture, in_green, sum_seen
 from analysis.gap.camera.light_of_frames import clear, light_shown, plane, without_pattern
 from analysis.gap.camera.surface import surface_of
 from foundation.panel import Panel
@@ -135,6 +136,8 @@ def light_of(capture: Capture, stated: Mapping[str, RateImage], black_dn: float)
         source = f"scene '{capture.scene}'"
     if names and not set(names) - set(images):
         light = _known(lit, images, rendered, 1 + paths / PATHS, source)
+        if capture.channels == ("Y",):
+            light = _in_grey(light, lit, black_dn)
         _refuse_another_scene(capture, light, black_dn)
         return light
     averaged = {lamp: light_shown(shots, black_dn) for lamp, shots in _by_lamp(lit).items()}
@@ -198,6 +201,37 @@ def _sum(images: list[Rate]) -> Rate:
     return np.asarray(np.sum(images, axis=0), dtype=np.float32)
 
 
+def _in_grey(light: Light, lit: list[Frames], black_dn: float) -> Light:
+    """The light as a camera without filters sees it: by the brightest clear shot of each lamp."""
+    pictures: dict[str, tuple[float, Picture]] = {}
+    for f in lit:
+        rate = light.rates[lamp_of(f.shot)]
+        if rate.shape[:2] != (f.height, f.width):
+            continue
+        seen, expected = _blurred(plane(f, black_dn)[..., 1]), _blurred(rate)
+        unclipped = clear(seen, f, black_dn)
+        if unclipped.mean() < LEAST_CLEAR:
+            continue
+        bright = float(seen[unclipped].mean())
+        if bright > pictures.get(lamp_of(f.shot), (LEAST_SEEN_DN, None))[0]:
+            found = Picture(seen=seen[unclipped], rate=expected[unclipped])
+            pictures[lamp_of(f.shot)] = bright, found
+    name = sum_seen([picture for _, picture in pictures.values()])
+    if SUMS[name] == GREEN:
+        return light
+    weights = SUMS[name]
+    of_variances = [weight**2 for weight in weights]
+    rates = {lamp: in_green(rate, weights) for lamp, rate in light.rates.items()}
+    noise = {lamp: in_green(unsure, of_variances) for lamp, unsure in light.noise.items()}
+    return dataclasses.replace(light, rates=rates, noise=noise, source=f"{light.source}, {name}")
+
+
+def _blurred(picture: Rate) -> Rate:
+    """Means of 4 x 4 pixels."""
+    size = (4, 4) + (1,) * (picture.ndim - 2)
+    return np.asarray(ndimage.uniform_filter(picture, size)[::4, ::4])
+
+
 def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> None:
     """By the shot of each lamp that shows its scene best: full photosites hide it."""
     best: dict[str, tuple[float, str]] = {}
@@ -211,8 +245,7 @@ def _refuse_another_scene(capture: Capture, light: Light, black_dn: float) -> No
                 f"expected {f.width} x {f.height} as its frames have",
                 "correct 'rate', or leave it out",
             )
-        seen = ndimage.uniform_filter(plane(f, black_dn)[..., 1], 4)[::4, ::4]
-        expected = ndimage.uniform_filter(rate[..., 1], 4)[::4, ::4]
+        seen, expected = _blurred(plane(f, black_dn)[..., 1]), _blurred(rate[..., 1])
         likeness = _likeness(seen, expected, clear(seen, f, black_dn))
         if likeness is not None:
             best[lamp] = max(best.get(lamp, (-1.0, "")), (likeness, f.shot.label))
