@@ -120,6 +120,44 @@ def test_warm_up_slows_down_by_one_factor_in_equal_times() -> None:
     assert not obeys(law(RandomGain(sigma=means.std() / 8000)))
 
 
+def lamp_gains(drift: LampDrift, lamp: str, label: str) -> np.ndarray:
+    """Light of a shot of 40 frames relative to nominal, (F,)."""
+    shot = Shot(
+        label=label, light=(lamp,), level=(1.0,), exposure_s=EXPOSURE_S, frames=40, interval_s=0.5
+    )
+    made = simulate(
+        bench_camera(drift, height=8, width=8), shot, {lamp: flat(8000)[:8, :8]},
+        until=Quantity.RATE,
+    )  # fmt: skip
+    return np.asarray(made.numpy()[:, 0, 0, 0] / flat(8000)[0, 0, 0])
+
+
+def test_a_filament_drifts_by_its_own_change() -> None:
+    """The gain less 1 is that of any other lamp, times `filament`."""
+    drift = LampDrift(change=0.04, time_constant_s=5.0, filament=-0.5)
+    gas, wire = (lamp_gains(drift, lamp, "lit") - 1 for lamp in ("fluorescent", "incandescent"))
+    assert gas[-1] > 0.03
+    assert np.allclose(wire, -0.5 * gas, atol=1e-6)
+
+
+def test_a_lamp_that_was_on_before_has_a_share_of_its_change_to_come() -> None:
+    """What is still missing dies out as ever, and begins with a share r of the change that is drawn
+    evenly for each shot: over 200 shots a mean of 1/2, a variance of 1/12, at 4 standard errors."""
+    change, tau_s = 0.04, 5.0
+    drift = LampDrift(change=change, time_constant_s=tau_s, on_before=1.0)
+    missing = np.array(
+        [1 - (lamp_gains(drift, "lamp", f"lit {k}") - 1) / change for k in range(200)]
+    )
+    falls = missing[:, 1:] / missing[:, :-1]
+    clear = missing[:, 1:] > 0.05
+    assert np.allclose(falls[clear], math.exp(-0.5 / tau_s), atol=1e-3)
+    within = -math.expm1(-EXPOSURE_S / tau_s) * tau_s / EXPOSURE_S
+    share = missing[:, 0] / within
+    assert ((share >= -1e-3) & (share <= 1 + 1e-3)).all()
+    assert abs(share.mean() - 0.5) < 4 * math.sqrt(1 / 12 / 200)
+    assert abs(share.var() - 1 / 12) < 4 * math.sqrt((1 / 80 - 1 / 144) / 200)
+
+
 def test_ambient_light_brings_its_own_shot_noise_and_grows_with_the_exposure() -> None:
     added = 2000 * EXPOSURE_S
 

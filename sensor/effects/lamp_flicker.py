@@ -10,13 +10,11 @@ import drjit as dr
 import numpy as np
 
 from sensor.effect import Effect, Stage, parameter
+from sensor.filament import has_filament
 from sensor.frame_times import frame_starts_s
 from sensor.image_plane import constant, per_frame
 from sensor.signal import Signal
 from sensor.stream import Stream
-
-FILAMENTS = frozenset({"incandescent", "tungsten", "halogen"})
-"""Names of lamps whose light comes from a hot wire."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +72,8 @@ class LampFlicker(Effect):
             return signal.replace(signal.value)
         # Whole half cycles hold their mean exactly; only the rest depends on the phase.
         rest = constant(signal, half_cycles % 1.0)
-        hot = FILAMENTS.issuperset(signal.shot.light)
-        scale = constant(signal, self.depth * (self.filament if hot else 1.0) / half_cycles)
+        relative = self.filament if has_filament(signal.shot) else 1.0
+        scale = constant(signal, self.depth * relative / half_cycles)
         starts = np.mod(2.0 * self.mains_hz * frame_starts_s(signal), 1.0)
         begin = per_frame(signal, starts) + stream.whole_shot.uniform(1, 1, 1, use="phase")
         end = begin + rest
