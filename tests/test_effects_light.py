@@ -206,6 +206,27 @@ def test_ambient_light_by_way_of_the_scene_is_its_picture_even_in_the_dark() -> 
     assert not obeys(law(0.0))
 
 
+def test_a_window_makes_what_comes_by_way_of_the_scene_brighter_on_its_side() -> None:
+    """Over an even scene halves of the picture have 1 + slope / 2 and 1 - slope / 2 of the mean;
+    light that does not come by the scene has no slope."""
+
+    def law(part: float) -> Law:
+        room = AmbientLight(
+            rate_e_per_s=2000.0, by_the_scene=part, to_the_right=0.4, to_the_top=-0.2
+        )
+        frames = frames_of(room, rate=flat(500), level=0.0)
+        middle, half = frames.shape[1] // 2, frames.shape[2] // 2
+        parts = [
+            frames[..., :half], frames[..., half:], frames[:, :middle], frames[:, middle:],
+        ]  # fmt: skip
+        added = 2000 * EXPOSURE_S
+        expected = added * np.array([0.8, 1.2, 0.9, 1.1])
+        return [one.mean() for one in parts], expected, [one.std() / one.size**0.5 for one in parts]
+
+    assert obeys(law(1.0))
+    assert not obeys(law(0.0))
+
+
 def test_displaced_lamp_lights_by_cosine_over_distance_squared() -> None:
     moved = LampDisplacement(right_cm=3.0, up_cm=-2.0, away_cm=4.0)
     cm = 28.0 / WIDTH

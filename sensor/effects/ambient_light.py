@@ -23,7 +23,8 @@ class AmbientLight(Effect):
         rate' = rate + a (1 - s + s p)    by colour in lit shots, share times that in dark ones
 
     A part s comes by way of the scene and makes the picture p, the mean of what its lamps show,
-    each over its own mean; the rest is stray light that falls evenly. A dark shot with the lamps
+    each over its own mean, and brighter towards a window by a slope in the picture's half width and
+    one in its half height; the rest is stray light that falls evenly. A dark shot with the lamps
     off in the lit room has it too (share 1); one with the cap on has not (share 0). What is added
     grows with the exposure, not with the level of the lamps, and brings shot noise whose variance
     in e-^2 is the added mean in e-: extra read noise of that variance leaves the mean alone, a
@@ -63,14 +64,37 @@ class AmbientLight(Effect):
         doc="part of it that comes by way of the scene and shows its picture",
     )
 
+    to_the_right: float = parameter(
+        0.0,
+        unit="1",
+        minimum=-1.0,
+        maximum=1.0,
+        doc="by how much what comes by way of the scene is brighter at the right edge than midway",
+    )
+    to_the_top: float = parameter(
+        0.0,
+        unit="1",
+        minimum=-1.0,
+        maximum=1.0,
+        doc="the same at the top",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         share = self.share_in_dark if signal.shot.dark else 1.0
         added = per_colour(signal, Colours.of(self.rate_e_per_s).map(lambda rate: rate * share))
         part = self.by_the_scene if signal.rates else 0.0
         if part > 0:
-            shown = np.float32(1 - part) + np.float32(part) * picture(list(signal.rates.values()))
+            seen = picture(list(signal.rates.values())) * self._slope(*signal.shape[1:3])
+            shown = np.float32(1 - part) + np.float32(part) * seen
             added = added * signal.backend.tensor(shown[None])
         return signal.replace(signal.value + added)
+
+    def _slope(self, height: int, width: int) -> NDArray[np.float32]:
+        """How bright the room is across the picture, (H, W, 1)."""
+        up = 1.0 - (np.arange(height)[:, None] + 0.5) / (height / 2)
+        right = (np.arange(width)[None] + 0.5) / (width / 2) - 1.0
+        bright = 1.0 + self.to_the_right * right + self.to_the_top * up
+        return np.maximum(bright, 0.0)[..., None].astype(np.float32)
 
 
 def picture(rates: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
