@@ -317,6 +317,27 @@ def test_defect_correction_takes_an_outlier_away_whole_or_not_at_all(cfa: str) -
     tells_apart(figures, real, ndimage.gaussian_filter(before, (0, 1.0, 1.0)))
 
 
+@pytest.mark.parametrize("cfa", ["GGGG", "RGGB"])
+def test_a_defect_that_is_beyond_all_its_neighbours_is_beyond_a_ramp(cfa: str) -> None:
+    """On a ramp of 5 DN a sample a sample lies between its neighbours, the farthest of which are
+    one step away: what is 8 DN above is 3 above the highest and 8 above their median. It is put
+    back to that median where the threshold is less, and stays otherwise."""
+    step = 2 if cfa == "RGGB" else 1
+    ramp = np.tile(5.0 * (np.arange(64) // step), (4, 64, 1))
+    up = ramp.copy()
+    up[:, 16::16, 16::16] += 8.0
+
+    def corrected(threshold_dn: float, beyond_all: float) -> Array:
+        effect = DefectCorrection(threshold_dn=threshold_dn, beyond_all=beyond_all)
+        inner = (slice(None), slice(8, -8), slice(8, -8))
+        return np.asarray(applied(effect, up, cfa=cfa))[inner]
+
+    inner = (slice(None), slice(8, -8), slice(8, -8))
+    for threshold_dn, beyond_all, gone in ((2.0, 1.0, True), (4.0, 1.0, False), (7.0, 0.0, True)):
+        expected = ramp if gone else up
+        assert np.array_equal(corrected(threshold_dn, beyond_all), expected[inner])
+
+
 def test_a_search_begins_near_any_threshold_of_8_bits() -> None:
     """Which edges go is another matter at each threshold, so no small step leads from one that is
     more than an octave away: 222 DN was seen and not named while the highest start was 96.

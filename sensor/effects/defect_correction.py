@@ -20,7 +20,8 @@ class DefectCorrection(Effect):
 
         DN' = m where |DN - m| > T, else DN;    m = median of the eight nearest of the same colour
 
-    Acts on the samples before they are demosaiced. Nothing changes where noise and detail stay
+    or where DN is beyond all eight of them by T, which leaves the slopes of a picture alone. It
+    acts on the samples before they are demosaiced. Nothing changes where noise and detail stay
     within T; an isolated outlier above T vanishes whole, however high it is, and one below T stays
     as it was. A blur keeps the sum of an outlier and of its surroundings instead. The tails of the
     noise beyond T go too.
@@ -44,6 +45,16 @@ class DefectCorrection(Effect):
         doc="difference from the median from which a pixel is a defect",
     )
 
+    beyond_all: float = parameter(
+        0.0,
+        unit="1",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        starts=(0.0, 1.0),
+        doc="1 where a defect is beyond all eight by that, 0 where it is from their median",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         step = 2 if len(set(signal.format.cfa)) > 1 else 1
         threshold = signal.backend.tensor([self.threshold_dn]).array
@@ -54,13 +65,16 @@ class DefectCorrection(Effect):
             left, own, right = k, k + step, k + 2 * step
             around = [above[left], above[own], above[right], here[right]]
             around += [below[right], below[own], below[left], here[left]]
-            median = _median(around)
-            parts.append(dr.select(dr.abs(here[own] - median) > threshold, median, here[own]))
+            lowest, median, highest = _in_order(around)
+            if not self.beyond_all:
+                lowest = highest = median
+            good = (here[own] <= highest + threshold) & (here[own] >= lowest - threshold)
+            parts.append(dr.select(good, here[own], median))
         return signal.replace(type(signal.value)(interleaved(parts), signal.shape))
 
 
-def _median(values: list[Any]) -> Any:
-    """The mean of the two middle ones of eight arrays, lane by lane."""
+def _in_order(values: list[Any]) -> tuple[Any, Any, Any]:
+    """The least of eight arrays, the mean of the two middle ones, and the largest, lane by lane."""
     low, high = _sorted_four(values[:4]), _sorted_four(values[4:])
     # the four smallest of eight are min(a_i, b_(3-i)) of two sorted fours, the largest the max
     pairs = list(zip(low, reversed(high), strict=True))
@@ -68,7 +82,7 @@ def _median(values: list[Any]) -> Any:
     for a, b in pairs[1:]:
         lower = greater(lower, lesser(a, b))
         upper = lesser(upper, greater(a, b))
-    return 0.5 * (lower + upper)
+    return lesser(low[0], high[0]), 0.5 * (lower + upper), greater(low[3], high[3])
 
 
 def _sorted_four(values: list[Any]) -> list[Any]:
