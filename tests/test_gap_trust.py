@@ -224,6 +224,8 @@ def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:
     [
         ((11.0, 6.1, 0.1), True, True),
         ((11.0, 6.1, 0.1), False, False),  # a family speaks against both
+        ((11.0, 2.2, 0.1), True, True),  # the second one closes nearly all that the first left
+        ((11.0, 2.2, 0.5), True, False),  # and does not here
         ((11.0, 1.1, 0.1), True, False),  # the second one is a remainder of the first
         ((11.0, 9.0, 0.1), True, False),  # the first one closes little
         ((11.0, 0.1), True, False),
