@@ -180,6 +180,8 @@ def test_noise_of_rows_that_leaves_something_may_be_another_one(
         ("lateral_chromatic_aberration", 0.95, "texture", caps.MOST_AGAINST),  # much is left
         ("lateral_chromatic_aberration", 0.35, "rows", caps.MOST_AGAINST),  # optics move no rows
         ("large_scale_prnu", 0.35, "texture", caps.MOST_AGAINST),  # which has a texture of its own
+        ("vibration", 0.35, "frames", caps.MOST_BUT_TEXTURE),  # sites see more or less of an edge
+        ("lens_distortion", 0.35, "frames", caps.MOST_AGAINST),  # as they do in every frame
     ],
 )
 def test_edges_that_lie_a_little_elsewhere_leave_a_texture(

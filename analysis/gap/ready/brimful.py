@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.calibrate.first_guess import BELOW_FULL, Full
+from analysis.gap.calibrate.first_guess import Full
 from analysis.gap.camera.base import Base
-from analysis.gap.camera.twin import NOT_CLIPPED
-from analysis.gap.ready.full_well import FEWEST, dark_of, levels_of_full, lit, samples_of
+from analysis.gap.ready.full_well import dark_of, levels_of_full, lit, samples_of
 from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
+from analysis.gap.ready.typical_noise import gain_below
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +39,8 @@ def brimful(setting: Setting) -> Told | None:
     """
     ends = _ends(setting)
     some = {label: one for label, one in ends.items() if np.isfinite(one.at_least_dn).any()}
-    gain = _gain_below(setting, ends) if some else None
+    full_dn = {label: one.full_dn for label, one in ends.items()}
+    gain = gain_below(setting, full_dn) if some else None
     if gain is None:
         return None
     at_least_dn = {label: one.at_least_dn for label, one in some.items()}
@@ -113,39 +113,3 @@ def _ends(setting: Setting) -> dict[str, _Ends]:
         stack.shot.label: _Ends(full_dn=seen, at_least_dn=np.minimum(seen, clipped))
         for stack, seen, clipped in zip(shots, full_dn, end, strict=True)
     }
-
-
-def _gain_below(setting: Setting, ends: Mapping[str, _Ends]) -> Floats | None:
-    """Gain in DN/e- by channel, by photon transfer of samples well below full: by how much more
-    they change than dark ones, over how much brighter they are. None where there are too few.
-
-    By medians of samples that are about as bright: what runs over from full ones comes and goes,
-    and changes a few by far more than their own light.
-
-    Args:
-        setting: the capture.
-        ends: where samples end by label of a lit shot.
-    """
-    channels = setting.seen.channels
-    more_dn2, above_dn = np.zeros((2, len(channels)))
-    for lattice in setting.scenery.view.lattices:
-        c = channels.index(lattice.channel)
-        dark = dark_of(setting.key_frames, lattice)
-        for stack in lit(setting.key_frames):
-            one = samples_of(stack, lattice)
-            ends_dn = min(ends[stack.shot.label].full_dn[c], NOT_CLIPPED * stack.top_dn)
-            below = np.flatnonzero(one.mean < dark.mean_dn + BELOW_FULL * (ends_dn - dark.mean_dn))
-            darkest_first = below[np.argsort(one.mean[below])]
-            count = len(below) // FEWEST
-            for alike in np.array_split(darkest_first, count) if count else ():
-                usual_dn2 = np.median(one.variance[alike]) / _median_of_variance(one.frames)
-                more_dn2[c] += len(alike) * (usual_dn2 - dark.variance_dn2)
-                above_dn[c] += len(alike) * (one.mean[alike].mean() - dark.mean_dn)
-    told = (more_dn2 > 0).all() and (above_dn > 0).all()
-    return more_dn2 / above_dn if told else None
-
-
-def _median_of_variance(frames: int) -> float:
-    """Median of the variance of so many normal numbers, over its mean: Wilson and Hilferty (1931)
-    of chi-squared."""
-    return float((1.0 - 2.0 / (9.0 * (frames - 1))) ** 3)

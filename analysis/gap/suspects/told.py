@@ -19,6 +19,7 @@ from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.soft import soft
 from analysis.gap.ready.traps import trapped
+from analysis.gap.ready.trembling import trembling
 from analysis.gap.ready.undone import unbent, unmixed, without_leaks
 from analysis.gap.ready.wandering import wandering
 from analysis.gap.ready.wave import wave
@@ -39,6 +40,7 @@ from sensor.effects.lamp_flicker import LampFlicker
 from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
 from sensor.effects.spatial_denoise import SpatialDenoise
 from sensor.effects.specular_glare import SpecularGlare
+from sensor.effects.vibration import Vibration
 
 PerhapsHints = Mapping[str, float | Colours | None]
 
@@ -124,6 +126,7 @@ READINGS: Mapping[str, Callable[[Setting], Told | None]] = {
     HotPixels.name: _leaking,
     Blooming.name: brimful,
     BlackLevelDrift.name: wandering,
+    Vibration.name: trembling,
     SpatialDenoise.name: _smoothed,
 }
 """What frames tell of suspects by themselves, by name of the effect."""
