@@ -151,6 +151,14 @@ def test_shots_that_share_a_black_level_tell_a_walk_along_them() -> None:
     assert np.median(sigma) == pytest.approx(4.0, rel=0.1)
 
 
+def test_more_than_are_held_against_each_other_are_looked_at_in_pieces() -> None:
+    """Two shots of 400 frames tell a walk that forgets in 8 by the first 128 of each, in time."""
+    shots = list(walks(2, 4.0, 8.0, 0.7, seed=8, count=400))
+    found, few = (along_the_shots(one, [0.01, 0.02]) for one in (shots, [s[:128] for s in shots]))
+    assert found == few
+    assert abs(found.sigma - 4.0) < 4 * found.sigma_error
+
+
 @pytest.mark.parametrize("black_dn", [5.0, 5.25, 5.5, 0.0])
 def test_a_mean_follows_its_black_level_as_rounding_and_clipping_let_it(black_dn: float) -> None:
     """Of noise s far from the ends 1 + 2 cos(2 pi b) exp(-2 pi^2 s^2) and smaller terms, in which

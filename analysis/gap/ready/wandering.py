@@ -58,6 +58,10 @@ UNLIKELY = 12.0
 NEIGHBOURS = 6.0
 """Rows that a walk remembers at least: what filters a picture mixes fewer."""
 
+MOST_FIGURES = 256
+"""Of a series that are held against each other: a covariance of them is decomposed for each length.
+Rows beyond begin another series, and frames beyond are left out."""
+
 STEP_DN = 0.05
 """Of a black level, by which the response to it is told."""
 
@@ -161,12 +165,14 @@ def _down_the_rows(rows: Sequence[Floats]) -> tuple[dict[str, float], dict[str, 
     if not any(wanders([one[:, dy::2] for one in moving]) for dy in (0, 1)):
         return {}, {}
     height = rows[0].shape[1]
+    pieces = -(-height // MOST_FIGURES)
+    count = height // pieces
     found = walk(
-        np.concatenate(moving),
-        _apart(height),
-        np.ones((height, 1)),
-        longest=LONGEST * height,
-        lost=len(rows),
+        np.concatenate(moving)[:, : pieces * count].reshape(-1, count),
+        _apart(count),
+        np.ones((count, 1)),
+        longest=LONGEST * count,
+        lost=pieces * len(rows),
     )
     if found.length < NEIGHBOURS:
         return {}, {}
@@ -196,6 +202,8 @@ def along_the_shots(frames: Sequence[Floats], exposures_s: Sequence[float]) -> W
         frames: the means, (F,) of each shot.
         exposures_s: of the shots.
     """
+    most = max(MOST_FIGURES // len(frames), FEWEST_FRAMES)
+    frames = [one[:most] for one in frames]
     counts = [len(one) for one in frames]
     apart = linalg.block_diag(*(_apart(count) + 1.0 for count in counts)) - 1.0
     exposure_s = np.repeat(exposures_s, counts)
