@@ -44,7 +44,7 @@ names right or in class; a noise of rows beside a sharpening by somebody else, w
 
 THE_REST = 0.1, 0.9
 """Part of the gap that a second one closes, and of what the first left, from which it is one of two
-all the same. In a camera by a third engineer the same two close 0.81 and 0.175 of G 11.8, which is
+all the same. In a camera by another engineer the same two close 0.81 and 0.175 of G 11.8, which is
 0.93 of what noise of rows leaves."""
 
 LEAST_TRUST = 0.4
