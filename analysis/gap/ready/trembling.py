@@ -7,6 +7,7 @@ all samples has the gain of that noise, several times its own, and little light.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.calibrate.first_guess import Full
 from analysis.gap.ready.full_well import lit
@@ -14,6 +15,8 @@ from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.typical_noise import typical_gain
+
+Floats = NDArray[np.float64]
 
 STEADY = 0.6
 """Part of a gain by all samples below which that of typical ones says that some tremble. Of cameras
@@ -27,6 +30,20 @@ def trembling(setting: Setting) -> Told | None:
     Args:
         setting: the capture.
     """
+    gain = steady_gain(setting)
+    if gain is None:
+        return None
+    _, base = by_moments(setting, full=Full(levels_dn={}, gain_dn_per_e=gain))
+    return Told(hints={}, exact=False, base=base)
+
+
+def steady_gain(setting: Setting) -> Floats | None:
+    """The gain of what is even in DN/e-, (channels,), where all samples have far more noise; else
+    None.
+
+    Args:
+        setting: the capture.
+    """
     shots = lit(setting.key_frames)
     if not shots:
         return None
@@ -35,7 +52,4 @@ def trembling(setting: Setting) -> Told | None:
     if gain is None:
         return None
     _, usual = by_moments(setting)
-    if (gain > STEADY * usual.gain_dn_per_e).any():
-        return None
-    _, base = by_moments(setting, full=Full(levels_dn={}, gain_dn_per_e=gain))
-    return Told(hints={}, exact=False, base=base)
+    return None if (gain > STEADY * usual.gain_dn_per_e).any() else gain

@@ -18,6 +18,7 @@ from analysis.gap.ready.mixed import mixed
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.soft import soft
+from analysis.gap.ready.steady import of_a_lamp, of_defects
 from analysis.gap.ready.traps import trapped
 from analysis.gap.ready.trembling import trembling
 from analysis.gap.ready.undone import unbent, unmixed, without_leaks
@@ -31,11 +32,13 @@ from sensor.effects.bit_truncation import BitTruncation
 from sensor.effects.black_level_drift import BlackLevelDrift
 from sensor.effects.blooming import Blooming
 from sensor.effects.color_matrix import ColorMatrix
+from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.defocus_error import DefocusError
 from sensor.effects.gamma import Gamma
 from sensor.effects.hot_pixels import HotPixels
 from sensor.effects.interference import Interference
 from sensor.effects.jpeg import Jpeg
+from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.lamp_flicker import LampFlicker
 from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
 from sensor.effects.spatial_denoise import SpatialDenoise
@@ -59,6 +62,8 @@ def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
         LampFlicker.name: lambda: {"mains_hz": mains_hz(stacks)},
         RandomTelegraphNoise.name: dwell,
         Blooming.name: lambda: {"full_well_e": full_well_e(stacks, lattices, base)},
+        LampDrift.name: lambda: of_a_lamp(stacks),
+        DefectCorrection.name: lambda: of_defects(setting),
     }
     found = in_order(lambda reading: reading(), readings.values())
     return {
