@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, look
-from analysis.gap.ready.steady import of_a_lamp, of_defects
+from analysis.gap.ready.steady import of_a_lamp
+from analysis.gap.ready.trembling import trembling
+from analysis.gap.suspects.told import hints_of_frames
 from sensor.effect import Effect
+from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.vibration import Vibration
 from sensor.record import record
 from tests.short import PROTOCOL, camera, light
-from tests.test_gap_trembling import setting as trembling
+from tests.test_gap_trembling import setting as moved
 
 
 def setting(*effects: Effect) -> Setting:
@@ -29,5 +33,11 @@ def test_a_lamp_that_changes_in_time_may_change_in_any_way() -> None:
 
 def test_defects_beyond_all_neighbours_are_looked_for_where_edges_come_and_go() -> None:
     """Whatever moves them; without that noise is that of the light."""
-    assert of_defects(trembling(Vibration(shift_px=0.3, blur_px=0.0))) == {}
-    assert of_defects(trembling()) == {"beyond_all": 0.0}
+    for effects, hints in (
+        ((Vibration(shift_px=0.3, blur_px=0.0),), {}),
+        ((), {"beyond_all": 0.0}),
+    ):
+        found = moved(*effects)
+        _, base = by_moments(found)
+        told = [Vibration.name] if trembling(found) else []
+        assert hints_of_frames(found, base, told)[DefectCorrection.name] == hints

@@ -8,13 +8,11 @@ import numpy as np
 
 from analysis.gap.ready.full_well import lit
 from analysis.gap.ready.hints import Hints
-from analysis.gap.ready.setting import Setting
-from analysis.gap.ready.trembling import steady_gain
 from analysis.gap.ready.wandering import wanders
 from sensor.frames import Frames
 
 SPARSE = 4
-"""Every so manieth row and column tells how bright a frame is."""
+"""Rows and columns from one that tells to the next: of how bright a frame is."""
 
 
 def of_a_lamp(stacks: Sequence[Frames]) -> Hints:
@@ -33,11 +31,11 @@ def of_a_lamp(stacks: Sequence[Frames]) -> Hints:
     return {"filament": 1.0, "on_before": 0.0}
 
 
-def of_defects(setting: Setting) -> Hints:
+def of_defects(trembles: bool) -> Hints:
     """Defects by their median, where typical samples have about as much noise as all: corrections
     that ask for more than all neighbours leave edges which come and go.
 
     Args:
-        setting: the capture.
+        trembles: whether a few samples have most of the noise; see `trembling`.
     """
-    return {"beyond_all": 0.0} if steady_gain(setting) is None else {}
+    return {} if trembles else {"beyond_all": 0.0}

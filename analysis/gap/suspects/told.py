@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
@@ -48,8 +48,14 @@ from sensor.effects.vibration import Vibration
 PerhapsHints = Mapping[str, float | Colours | None]
 
 
-def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
-    """Where searches should begin whatever the model, by effect."""
+def hints_of_frames(setting: Setting, base: Base, told: Collection[str]) -> dict[str, Hints]:
+    """Where searches should begin whatever the model, by effect.
+
+    Args:
+        setting: the capture.
+        base: the calibrated camera.
+        told: names of suspects of which the frames tell parameters.
+    """
     stacks = setting.key_frames
     lattices = setting.scenery.view.lattices
 
@@ -63,7 +69,7 @@ def hints_of_frames(setting: Setting, base: Base) -> dict[str, Hints]:
         RandomTelegraphNoise.name: dwell,
         Blooming.name: lambda: {"full_well_e": full_well_e(stacks, lattices, base)},
         LampDrift.name: lambda: of_a_lamp(stacks),
-        DefectCorrection.name: lambda: of_defects(setting),
+        DefectCorrection.name: lambda: of_defects(Vibration.name in told),
     }
     found = in_order(lambda reading: reading(), readings.values())
     return {

@@ -62,7 +62,8 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         watch: told what is being done.
     """
     base = measured(known, setting.seen)
-    heard = Heard(told=told_by(setting, known.base), hints=hints_of_frames(setting, known.base))
+    told = told_by(setting, known.base)
+    heard = Heard(told=told, hints=hints_of_frames(setting, known.base, told))
     search = _Search(setting=setting, known=known, base=base, kinds=kinds, heard=heard, watch=watch)
     steps: tuple[Step, ...] = ()
     first = look = search.beside(known, base)
