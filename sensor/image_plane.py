@@ -45,7 +45,9 @@ def per_frame(signal: Signal, figures: Any) -> Any:
     return signal.backend.tensor(np.reshape(figures, (-1, 1, 1, 1)))
 
 
-def resampled(signal: Signal, down: Any, right: Any) -> Any:
+def resampled(
+    signal: Signal, down: Any, right: Any, straight: tuple[Any, Any] | None = None
+) -> Any:
     """The rate at places between the pixels, by cubic convolution with a = -1/2.
 
     Exact for parabolas, and for the pixels themselves; places outside the image see its edge.
@@ -54,6 +56,8 @@ def resampled(signal: Signal, down: Any, right: Any) -> Any:
     Args:
         signal: a rate (f, H, W, 3).
         down, right: where to look, in px from the centre: tensors that broadcast to (1, H, W, 3).
+        straight: part of the way from the cubic to a straight line, down and to the right: tensors
+            that broadcast likewise; 0 by default.
 
     Reference: Keys, IEEE Trans. Acoust. Speech Signal Process. 29, 1153 (1981).
     """
@@ -62,8 +66,9 @@ def resampled(signal: Signal, down: Any, right: Any) -> Any:
     dr.eval(flat)
     index = dr.uint32_array_t(type(flat))
     nowhere = dr.zeros(type(signal.value), (1, height, width, depth))
-    rows, row_weights = _taps((down + (height - 1) / 2 + nowhere).array, height)
-    columns, column_weights = _taps((right + (width - 1) / 2 + nowhere).array, width)
+    part_down, part_right = ((part + nowhere).array for part in straight or (nowhere, nowhere))
+    rows, row_weights = _taps((down + (height - 1) / 2 + nowhere).array, height, part_down)
+    columns, column_weights = _taps((right + (width - 1) / 2 + nowhere).array, width, part_right)
 
     lane = dr.arange(index, f * height * width * depth)
     frame = lane // (height * width * depth)
@@ -85,17 +90,21 @@ def resampled(signal: Signal, down: Any, right: Any) -> Any:
     return type(signal.value)(dr.maximum(total, 0.0), signal.shape)
 
 
-def _taps(position: Any, length: int) -> tuple[list[Any], list[Any]]:
-    """The four samples about a position and their weights; indices are held inside the image."""
+def _taps(position: Any, length: int, straight: Any) -> tuple[list[Any], list[Any]]:
+    """The four samples about a position and their weights, a part of the way to those of a straight
+    line; indices are held inside the image.
+    """
     inside = dr.clip(position, 0.0, length - 1.0)
     first = dr.floor(inside)
     t = inside - first
     t2, t3 = t * t, t * t * t
-    weights = [
+    cubic = [
         -0.5 * t3 + t2 - 0.5 * t,
         1.5 * t3 - 2.5 * t2 + 1.0,
         -1.5 * t3 + 2.0 * t2 + 0.5 * t,
         0.5 * t3 - 0.5 * t2,
     ]
+    line = (0.0, 1.0 - t, t, 0.0)
+    weights = [c + straight * (s - c) for c, s in zip(cubic, line, strict=True)]
     places = [whole_number(dr.clip(first + k, 0.0, length - 1.0)) for k in (-1.0, 0.0, 1.0, 2.0)]
     return places, weights

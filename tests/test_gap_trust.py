@@ -241,3 +241,42 @@ def test_two_that_need_each_other_and_leave_nothing_are_a_pair(
     measured: Any = [SimpleNamespace(held=SimpleNamespace(total=total)) for total in left]
     assert trust.is_a_pair(measured) is pair
     assert trust.LIKELIER < trust.IN_PAIR < trust.LATER
+
+
+@pytest.mark.parametrize(
+    ("names", "forward", "left", "most"),
+    [
+        ("jpeg crosstalk", (900.0, 170.0), 1.1, trust.OF_ONE_THAT_STANDS_OUT),
+        ("jpeg crosstalk", (900.0, 190.0), 1.1, 0.0),  # the next one closes a fifth
+        ("jpeg crosstalk", (900.0, 170.0), 1.2, 0.0),  # a tenth is left
+        ("dust_shadow large_scale_prnu", (900.0, 850.0), 1.1, 0.45),  # which stay doubtful
+    ],
+)
+def test_a_first_effect_that_stands_out_is_named_whatever_is_left(
+    names: str, forward: tuple[float, float], left: float, most: float
+) -> None:
+    """Of G 11 it closes nine tenths, and nobody else a fifth of that."""
+    candidates = [candidate(*one) for one in zip(names.split(), forward, strict=True)]
+    choice = choose(candidates)
+    assert choice is not None
+    model = SimpleNamespace(
+        effects=(candidates[0].effect,), scenery=SimpleNamespace(body=SimpleNamespace())
+    )
+    lead: Any = SimpleNamespace(
+        choices=(choice,),
+        candidates=candidates,
+        models=(model,),
+        measured=[SimpleNamespace(held=SimpleNamespace(total=total)) for total in (11.0, left)],
+    )
+    setting: Any = None
+    assert trust.stands_out(lead, setting) == most
+
+
+def test_what_little_is_closed_names_nobody() -> None:
+    """Near the floor every suspect may close all of a gap."""
+    best = candidate("jpeg", 900.0)
+    choice = choose([best])
+    measured = [SimpleNamespace(held=SimpleNamespace(total=total)) for total in (0.2, 0.0)]
+    lead: Any = SimpleNamespace(choices=(choice,), candidates=[best], measured=measured)
+    setting: Any = None
+    assert trust.stands_out(lead, setting) == 0.0

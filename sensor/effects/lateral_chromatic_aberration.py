@@ -7,9 +7,10 @@ from typing import ClassVar
 
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
-from sensor.image_plane import from_centre_px, half_diagonal_px, per_colour, resampled
+from sensor.image_plane import from_centre_px, half_diagonal_px, per_colour
 from sensor.signal import Signal
 from sensor.stream import Stream
+from sensor.unresolved import moved, unresolved_edges
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +46,7 @@ class LateralChromaticAberration(Effect):
         identity=0.0,
         doc="shift of blue outward from green in the corners",
     )
+    unresolved: float = unresolved_edges()
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         radius = half_diagonal_px(signal.format)
@@ -53,4 +55,4 @@ class LateralChromaticAberration(Effect):
         )
         down, right = from_centre_px(signal)
         scale = per_colour(signal, shrink)
-        return signal.replace(resampled(signal, down * scale, right * scale))
+        return moved(signal, stream, down * scale, right * scale, self.unresolved)

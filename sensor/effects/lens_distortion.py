@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sensor.effect import Effect, Stage, parameter
-from sensor.image_plane import constant, from_centre_px, half_diagonal_px, resampled
+from sensor.image_plane import constant, from_centre_px, half_diagonal_px
 from sensor.signal import Signal
 from sensor.stream import Stream
+from sensor.unresolved import moved, unresolved_edges
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +38,11 @@ class LensDistortion(Effect):
         identity=0.0,
         doc="relative change of scale in the corners",
     )
+    unresolved: float = unresolved_edges()
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         down, right = from_centre_px(signal)
         scale = constant(signal, 1.0 / half_diagonal_px(signal.format))
         y, x = down * scale, right * scale
         stretch = 1.0 + constant(signal, self.k1) * (y * y + x * x)
-        return signal.replace(resampled(signal, down * stretch, right * stretch))
+        return moved(signal, stream, down * stretch, right * stretch, self.unresolved)

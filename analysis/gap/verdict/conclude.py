@@ -15,9 +15,11 @@ from analysis.gap.verdict.strength import figure_of
 from analysis.gap.verdict.trail import Trail, elsewhere, gap_of
 from analysis.gap.verdict.trust import (
     DOUBT,
+    LIKELIER,
     likelier_none,
     no_surer,
     probability_of,
+    stands_out,
 )
 from analysis.gap.verdict.verdict import (
     EQUIVALENT,
@@ -63,7 +65,8 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
     if word == "partly explained" and likelier_none(found.choices, chances):
         word = "unexplained"
     if word == "unexplained":
-        found, chances = found.first(), []
+        found, chances = _as_it_began(found, setting)
+        word = "partly explained" if found.choices else word
         gap = gap_of(found)
     before, after = found.measured[0], found.measured[-1]
     doubt = 1.0 if found.choices or not found.candidates else DOUBT
@@ -92,6 +95,13 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
         notes=notes_of(setting),
     )
     return with_first_frames(report, setting.begins)
+
+
+def _as_it_began(found: Trail, setting: Setting) -> tuple[Trail, list[float]]:
+    """The first effect alone, with the probability of its name, where it stands out; or none."""
+    if found.lead is None or (chance := stands_out(found.lead, setting)) < LIKELIER:
+        return found.first(), []
+    return found.lead, [chance]
 
 
 def _nearest(found: Trail) -> Candidate | None:

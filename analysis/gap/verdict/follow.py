@@ -66,6 +66,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
     heard = Heard(told=told, hints=hints_of_frames(setting, known.base, told))
     search = _Search(setting=setting, known=known, base=base, kinds=kinds, heard=heard, watch=watch)
     steps: tuple[Step, ...] = ()
+    lead: Step | None = None
     first = look = search.beside(known, base)
     while True:
         further = _further(search, steps, look)
@@ -73,6 +74,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
             p_after = look.chance
             break
         steps, last = further, further[-1]
+        lead = lead or last
         if len(steps) == MOST_EFFECTS or _in_vain(steps, base) or _done(steps, base, look.shown):
             p_after = last.left.whole.p_value
             break
@@ -87,9 +89,22 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
         of_it = p_after == steps[-1].left.whole.p_value
         p_after = last.left.whole.p_value if of_it else min(p_after, last.left.whole.p_value)
         steps = (*steps[:-1], last)
+    of_lead = None if lead is None else _trail(search, first, (lead,), lead.left.whole.p_value)
+    return dataclasses.replace(_trail(search, first, steps, p_after), lead=of_lead)
+
+
+def _trail(search: _Search, first: Look, steps: tuple[Step, ...], p_after: float) -> Trail:
+    """What so many steps have led to.
+
+    Args:
+        search: what stays the same.
+        first: look at all suspects.
+        steps: the effects that were added.
+        p_after: chance of what they leave.
+    """
     return Trail(
-        models=(known, *(step.model for step in steps)),
-        measured=(base, *(step.left for step in steps)),
+        models=(search.known, *(step.model for step in steps)),
+        measured=(search.base, *(step.left for step in steps)),
         choices=tuple(step.choice for step in steps),
         candidates=first.candidates,
         p_before=first.chance,

@@ -25,6 +25,8 @@ class Trail:
         choices: what was named, in the order it was added.
         candidates: the suspects of the base's gap, best first.
         p_before, p_after: chance of the gap from the first model and from the last.
+        lead: the same with the effect alone that was added before any other, as it was found; None
+            where none was.
     """
 
     models: tuple[Fit, ...]
@@ -33,6 +35,7 @@ class Trail:
     candidates: tuple[Candidate, ...]
     p_before: float
     p_after: float
+    lead: Trail | None = None
 
     def first(self) -> Trail:
         """The base alone."""
