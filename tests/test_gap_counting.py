@@ -6,6 +6,7 @@ these are independent. They are not: the same few codes are counted by their pla
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,8 +14,10 @@ import pytest
 
 from analysis.gap.calibrate import counting
 from analysis.gap.calibrate.counting import UNEVEN, in_finer_codes, without_gains
+from analysis.gap.calibrate.refine import FAR
 from analysis.gap.look.arithmetic import FINER
 from sensor.effects.white_balance import WhiteBalance
+from tests.candidates import BASE
 
 NOTHING: Any = None
 
@@ -78,3 +81,36 @@ def test_gains_of_whole_codes_are_there_if_twins_have_the_comb(
     for step in ("refined", "refine"):
         monkeypatch.setattr(counting, step, lambda *_: other)
     assert (without_gains(found, NOTHING, NOTHING) is found) is kept
+
+
+@pytest.mark.parametrize(
+    ("even", "uneven_darks", "taken"),
+    [
+        (True, 20.0, True),  # darks are even with it
+        (False, 20.0, False),  # darks are not, so that something else is the cause
+        (True, 1.0, False),  # darks were even before
+    ],
+)
+def test_darks_tell_finer_codes_whatever_is_wrong_with_the_light(
+    monkeypatch: pytest.MonkeyPatch, even: bool, uneven_darks: float, taken: bool
+) -> None:
+    """A patch of light on the chart leaves a misfit of 5, and darks of a camera of 10 bits that
+    gives 8 look as before."""
+    found = model(0, uneven=110.0, deviance=1000.0)
+    found.misfit = 2.5 * FAR
+    finer = model(9, uneven=5.0, deviance=900.0)
+    darks = {id(found): uneven_darks, id(finer): 1.4 if even else 30.0}
+    monkeypatch.setattr(counting, "unevenness", lambda one: one.uneven)
+    monkeypatch.setattr(counting, "uneven_in_the_dark", lambda one: darks[id(one)])
+    monkeypatch.setattr(counting, "finer", lambda *_: iter([finer.base]))
+    for step in ("refined", "refine"):
+        monkeypatch.setattr(counting, step, lambda *_: finer)
+    assert (in_finer_codes(found, NOTHING, NOTHING) is finer) is taken
+
+
+def test_halves_up_behind_a_finer_converter_are_a_way_of_counting() -> None:
+    """Means of four samples reach halves less often than the samples themselves, which halves up
+    raise by half a step: in darks of little noise they stand on other codes."""
+    scenery: Any = SimpleNamespace(body=SimpleNamespace(pixels="rgb8"))
+    base = dataclasses.replace(BASE, arithmetic=0)
+    assert {one.arithmetic for one in counting.finer(base, scenery)} == set(FINER)

@@ -20,7 +20,6 @@ from analysis.gap.look.arithmetic import (
     FINER,
     IN_FRACTIONS,
     OF_64THS,
-    OF_SIXTEENTHS_UP,
     UP,
 )
 from analysis.gap.look.families import INTERPOLATION
@@ -115,16 +114,21 @@ def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refin
     and it is likelier by all figures. Those of a histogram go together: one dark whose few codes
     are off by chance is off in many of them.
 
+    Where more than the histograms is wrong, whatever makes them uneven as well may be the cause,
+    but for a converter with which those of all darks are even: no light reaches these.
+
     Args:
         found: a calibrated camera.
         seen: the frames that fit.
         scenery: their light and shots.
     """
-    # where more than the histograms is wrong, whatever makes them uneven as well may be the cause
-    if unevenness(found) < UNEVEN or found.misfit > FAR:
+    far = found.misfit > FAR
+    if (uneven_in_the_dark if far else unevenness)(found) < UNEVEN:
         return found
     against = (refined(base, seen, scenery, found.effects) for base in finer(found.base, scenery))
     likely = sorted(against, key=unevenness)[:LIKELIEST]
+    if far:
+        likely = [one for one in likely if uneven_in_the_dark(one) < UNEVEN]
     tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
     best = min([found, *likely, *tried], key=unevenness)
     halved = unevenness(best) < EVENER * unevenness(found)
@@ -137,12 +141,23 @@ def unevenness(found: Refined) -> float:
     Gains make combs in red and in blue alone, and few codes of a dark show more of them than many
     lit ones, whose combs are averaged.
     """
+    return max((float(np.mean(np.square(z))) for z in _of_codes(found).values()), default=0.0)
+
+
+def uneven_in_the_dark(found: Refined) -> float:
+    """The same of all darks together."""
+    dark = [z for (_, lit), several in _of_codes(found).items() if not lit for z in several]
+    return float(np.mean(np.square(dark))) if dark else 0.0
+
+
+def _of_codes(found: Refined) -> dict[tuple[str, bool], list[float]]:
+    """What is left of these figures, by channel and whether a shot is lit."""
     keys = found.space.keys
     left: dict[tuple[str, bool], list[float]] = defaultdict(list)
     for key, z in zip(keys, found.gap[: len(keys)], strict=True):
         if key.family in ("codes", INTERPOLATION):
             left[key.lattice[0], key.shot in found.lit].append(float(z))
-    return max((float(np.mean(np.square(z))) for z in left.values()), default=0.0)
+    return left
 
 
 def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
@@ -152,5 +167,4 @@ def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
         return
     # without a demosaicer halves up move all codes alike
     for rule in FINER if scenery.body.pixels == "rgb8" else (OF_64THS,):
-        if rule != OF_SIXTEENTHS_UP:
-            yield by_rule(base, rule)
+        yield by_rule(base, rule)

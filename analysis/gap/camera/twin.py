@@ -27,7 +27,6 @@ from sensor.effects.quantization import Quantization
 from sensor.protocol import Shot
 from sensor.signal import Signal
 from sensor.simulation import exposed, lit, pixels_of
-from sensor.unresolved import UNRESOLVED
 
 Floats = NDArray[np.float64]
 
@@ -91,33 +90,12 @@ def begun_twin(
         body: seed of what is fixed in the camera and of its light.
     """
     body = seed if body is None else body
-    effects = with_edges_somewhere(effects, body)
     bare = camera_of(base, scenery.body)
     lights = lights_of(scenery, base, bare)
     told = base.arithmetic in FINER
     camera = halves_either_way(bare.plus(*effects), effects, body, told=told).with_body(body)
     look = begun(_stacks(camera, lights, scenery.view.frames, seed), scenery.view)
     return functools.partial(_under_its_light, look, scenery, base, body)
-
-
-def with_edges_somewhere(effects: Sequence[Effect], body: int) -> tuple[Effect, ...]:
-    """Effects that look between pixels, each of edges as hard as one body's; any may be a scene's.
-
-    Args:
-        effects: of a twin.
-        body: of which camera.
-    """
-    hard = float(np.random.default_rng((body, HARDNESS)).uniform())
-
-    def seen(effect: Effect) -> Effect:
-        looks_between = any(p.name == UNRESOLVED for p in effect.parameters())
-        return dataclasses.replace(effect, **{UNRESOLVED: hard}) if looks_between else effect
-
-    return tuple(map(seen, effects))
-
-
-HARDNESS = 1
-"""Tells this draw of a body from the others."""
 
 
 def halves_either_way(
