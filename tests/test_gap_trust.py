@@ -246,16 +246,16 @@ def test_two_that_need_each_other_and_leave_nothing_are_a_pair(
 @pytest.mark.parametrize(
     ("names", "forward", "left", "most"),
     [
-        ("jpeg crosstalk", (900.0, 170.0), 1.1, trust.OF_ONE_THAT_STANDS_OUT),
-        ("jpeg crosstalk", (900.0, 190.0), 1.1, 0.0),  # the next one closes a fifth
-        ("jpeg crosstalk", (900.0, 170.0), 1.2, 0.0),  # a tenth is left
-        ("dust_shadow large_scale_prnu", (900.0, 850.0), 1.1, 0.45),  # which stay doubtful
+        ("jpeg crosstalk", (900.0, 170.0), 2.1, trust.OF_ONE_THAT_STANDS_OUT),
+        ("jpeg crosstalk", (900.0, 190.0), 2.1, 0.0),  # the next one closes a fifth of that
+        ("jpeg crosstalk", (900.0, 170.0), 2.3, 0.0),  # a fifth is left
+        ("dust_shadow large_scale_prnu", (900.0, 850.0), 2.1, 0.45),  # which stay doubtful
     ],
 )
 def test_a_first_effect_that_stands_out_is_named_whatever_is_left(
     names: str, forward: tuple[float, float], left: float, most: float
 ) -> None:
-    """Of G 11 it closes nine tenths, and nobody else a fifth of that."""
+    """Of G 11 it closes four fifths, and nobody else a fifth of that."""
     candidates = [candidate(*one) for one in zip(names.split(), forward, strict=True)]
     choice = choose(candidates)
     assert choice is not None

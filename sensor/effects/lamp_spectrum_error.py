@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
+
+import drjit as dr
 
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
-from sensor.image_plane import per_colour
+from sensor.filament import has_filament
+from sensor.image_plane import constant
+from sensor.neighbours import Neighbours, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -18,6 +22,16 @@ SECOND_RADIATION_CONSTANT_NM_K = 1.438776877e7
 EFFECTIVE_NM = Colours(R=610.0, G=530.0, B=460.0)
 """Maxima of the filters of a Sony interline CCD: those of scenes/data/surrogate.csv."""
 
+WIDTH_NM = Colours(R=40.0, G=51.0, B=39.0)
+"""Standard deviations of the same."""
+
+STEEPEST = 3.0
+"""Difference of the logarithms of two colours that counts at most: blacker than 1/20 is no colour.
+"""
+
+ALL, WITH_FILAMENT, WITHOUT = 0.0, 1.0, 2.0
+"""Lamps that burn so."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LampSpectrumError(Effect):
@@ -26,12 +40,16 @@ class LampSpectrumError(Effect):
     With Planck's law at the effective wavelength of each filter, P(T) = 1 / (exp(c2 / (w T)) - 1),
     and the level set so that green stays (as one adjusts a lamp to a grey card),
 
-        gain_c = [P_c(T0 + shift) / P_c(T0)] / [P_G(T0 + shift) / P_G(T0)].
+        gain_c = [P_c(T0 + shift) / P_c(T0)] / [P_G(T0 + shift) / P_G(T0)] exp(k_c v_c s_c),
+        k_c = c2 / w_c^2 (1 / (T0 + shift) - 1 / T0).
 
-    Green does not move, red and blue move against each other, log gains in the ratio of their
-    differences of 1/wavelength from green. It is a change of light: variance still equals mean in
-    electrons, where white balance after the converter scales the noise with the signal. Nothing
-    happens in the dark.
+    Of a grey card green does not move, red and blue move against each other, log gains in the ratio
+    of their differences of 1/wavelength from green. What is coloured reflects more at one end of a
+    filter than at the other, and the lamp has changed by k per nm there: of a filter of variance v
+    and a reflectance whose logarithm has the slope s that is k v s. The slope is told by the next
+    colours, less that of the whole scene, which the level of the lamp takes up. It is a change of
+    light: variance still equals mean in electrons, where white balance after the converter scales
+    the noise with the signal. Nothing happens in the dark.
     """
 
     name: ClassVar[str] = "lamp_spectrum_error"
@@ -51,9 +69,19 @@ class LampSpectrumError(Effect):
         2856.0, unit="K", minimum=2000.0, maximum=7000.0, doc="nominal colour temperature"
     )
 
+    lamps: float = parameter(
+        ALL,
+        unit="1",
+        minimum=ALL,
+        maximum=WITHOUT,
+        whole=True,
+        starts=(ALL, WITH_FILAMENT, WITHOUT),
+        doc="which lamps: 0 all, 1 those with a filament by their names, 2 those without",
+    )
+
     @property
     def gains(self) -> Colours:
-        """Change of each colour relative to green."""
+        """Change of each colour of a grey card relative to green."""
         before, after = self.nominal_k, self.nominal_k + self.shift_k
 
         def change(nm: float) -> float:
@@ -63,5 +91,36 @@ class LampSpectrumError(Effect):
         changes = EFFECTIVE_NM.map(change)
         return changes.map(lambda figure: figure / changes.G)
 
+    @property
+    def of_slopes_nm(self) -> Colours:
+        """Change of the logarithm of each colour by the slope of a reflectance, k v in nm."""
+        cooler_per_k = 1.0 / (self.nominal_k + self.shift_k) - 1.0 / self.nominal_k
+        per_nm = EFFECTIVE_NM.map(
+            lambda nm: SECOND_RADIATION_CONSTANT_NM_K / (nm * nm) * cooler_per_k
+        )
+        return per_nm.map(lambda k, width: k * width * width, WIDTH_NM)
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        return signal.replace(signal.value * per_colour(signal, self.gains))
+        another = self.lamps != ALL and has_filament(signal.shot) != (self.lamps == WITH_FILAMENT)
+        if signal.shot.dark or another:
+            return signal.replace(signal.value)
+        near = Neighbours(signal)
+        red, green, blue = (near.flat_at(0, 0, colour) for colour in range(3))
+        red_to_green = _log_ratio(red, green) / (EFFECTIVE_NM.R - EFFECTIVE_NM.G)
+        green_to_blue = _log_ratio(green, blue) / (EFFECTIVE_NM.G - EFFECTIVE_NM.B)
+        slopes = (red_to_green, 0.5 * (red_to_green + green_to_blue), green_to_blue)
+        planes = [
+            own * constant(signal, gain).array * dr.exp(constant(signal, part).array * slope)
+            for own, gain, part, slope in zip(
+                (red, green, blue), self.gains, self.of_slopes_nm, slopes, strict=True
+            )
+        ]
+        return signal.replace(near.tensor(interleaved(planes), signal.shape))
+
+
+def _log_ratio(one: Any, other: Any) -> Any:
+    """Logarithm of the ratio of two colours, less that of their means over the scene."""
+    of_scene = dr.mean(one) / dr.mean(other)
+    least = 1e-6 * dr.mean(other)
+    ratio = dr.maximum(one, least * of_scene) / (dr.maximum(other, least) * of_scene)
+    return dr.clip(dr.log(ratio), -STEEPEST, STEEPEST)

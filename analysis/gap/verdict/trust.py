@@ -47,11 +47,12 @@ THE_REST = 0.1, 0.9
 all the same. In a camera by another engineer the same two close 0.81 and 0.175 of G 11.8, which is
 0.93 of what noise of rows leaves."""
 
-STANDS_OUT = 0.9, 0.2
-"""Part of a gap that a first effect closes, and part of that which the next suspect does at most,
-where the first one is named whatever is left. Of the bench (seeds 23 to 43) and another engineer's
-camera six such effects had no name, because what stood beside them had none, or three were there:
-each was right. The next wrong one, steps of a converter for bits that are lost, closes 0.89."""
+A_RIVAL = 0.2
+"""Part of what a first effect takes off chi-squared which the next suspect takes off at most, where
+the first one stands out and is named whatever is left, if it closes `LEAST_SHRINK` of the gap. Of
+the bench (seeds 23 to 43) and other engineers' cameras seven such effects had no name, because what
+stood beside them had none, or three were there: each was right. The nearest wrong one, steps of a
+converter for bits that are lost, has a rival with a quarter."""
 
 OF_ONE_THAT_STANDS_OUT = 0.6
 """Probability of its name: what is wrong besides has a part in it."""
@@ -99,8 +100,8 @@ def is_a_pair(measured: Sequence[Measured]) -> bool:
 
 
 def stands_out(lead: Trail, setting: Setting) -> float:
-    """Probability of the name of a first effect that closes nearly all of a gap of which no other
-    suspect closes much, whatever is left; 0 where it is not so.
+    """Probability of the name of a first effect that closes most of a gap of which no other suspect
+    closes much, whatever is left; 0 where it is not so.
 
     Args:
         lead: up to that effect, as it was found.
@@ -108,12 +109,11 @@ def stands_out(lead: Trail, setting: Setting) -> float:
     """
     base, after = lead.measured
     (choice,) = lead.choices
-    nearly_all, of_that = STANDS_OUT
     known = {choice.best.name, *(one.name for one in choice.alike)}
     others = [c.forward for c in lead.candidates if c.name not in known]
     much = base.held.total > LITTLE_IS_LEFT
-    closes = closed(base.held.total, after.held.total) >= nearly_all
-    if not (much and closes and max(others, default=0.0) < of_that * choice.best.forward):
+    closes = closed(base.held.total, after.held.total) >= LEAST_SHRINK
+    if not (much and closes and max(others, default=0.0) < A_RIVAL * choice.best.forward):
         return 0.0
     model = lead.models[-1]
     effect = model.effects[-1]

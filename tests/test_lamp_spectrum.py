@@ -1,0 +1,79 @@
+"""A lamp of another colour temperature, by the spectra of a chart and by three colours alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from foundation.backend import backend
+from scenes.lamps import planck
+from scenes.spectra import reflectances, response
+from sensor.effects.lamp_spectrum_error import EFFECTIVE_NM, WIDTH_NM, LampSpectrumError
+from sensor.protocol import Shot
+from sensor.signal import Quantity
+from sensor.simulation import exposed, lit
+from tests.effects_bench import EXPOSURE_S, Array, bench_camera, rate_of
+
+NM = np.arange(400.0, 701.0)
+COOL_K, SHIFT_K = 2856.0, 150.0
+
+
+def filters() -> Array:
+    curves = response("surrogate")
+    return np.array([curves[channel].at(NM) for channel in "RGB"])
+
+
+def panels(lamp_k: float) -> Array:
+    """Rates of the panels of a chart in three colours, (panels, 3), by their spectra."""
+    surfaces = np.array([one.at(NM) for one in reflectances("BabelColor Average")])
+    return np.asarray((surfaces * planck(lamp_k, NM)) @ filters().T)
+
+
+def seen(rates: Array, effect: LampSpectrumError, lamp: str = "lamp") -> Array:
+    """Rates of panels, one a pixel, as the camera sees them."""
+    scene = rates.reshape(4, 6, 3)
+    camera = bench_camera(effect, height=4, width=6)
+    shot = Shot(label="one", light=(lamp,), level=(1.0,), exposure_s=EXPOSURE_S, frames=1)
+    light = lit(camera, shot, {lamp: rate_of(scene)}, backend())
+    rate = exposed(camera, light, range(1), seed=1, until=Quantity.RATE)
+    return np.asarray(rate.value.numpy()).reshape(24, 3) * EXPOSURE_S
+
+
+def of_panels(rates: Array, before: Array) -> Array:
+    """Logarithms of what panels gain beyond what all do: a lamp's level in each colour is free."""
+    gain = np.log(rates / before)
+    return np.asarray(gain - gain.mean(axis=0))
+
+
+def test_the_filters_are_those_of_the_table() -> None:
+    for channel, curve in zip("RGB", filters(), strict=True):
+        mean = (NM * curve).sum() / curve.sum()
+        sd = np.sqrt((np.square(NM - mean) * curve).sum() / curve.sum())
+        assert NM[curve.argmax()] == EFFECTIVE_NM[channel]
+        assert sd == pytest.approx(WIDTH_NM[channel], abs=1.0)
+
+
+@pytest.mark.parametrize("shift_k", [SHIFT_K, -SHIFT_K])
+def test_three_colours_tell_most_of_what_spectra_do_to_panels(shift_k: float) -> None:
+    """Panels gain 1.5 % by their colours, root mean square; what three colours do not tell of it
+    is less than a quarter of its square. A gain of each colour as a whole tells nothing of it."""
+    before = panels(COOL_K)
+    truth = of_panels(panels(COOL_K + shift_k), before)
+    told = of_panels(seen(before, LampSpectrumError(shift_k=shift_k)), before)
+    assert 0.012 < np.sqrt(np.square(truth).mean()) < 0.018
+    assert np.square(truth - told).sum() < 0.25 * np.square(truth).sum()
+
+
+def test_a_lamp_is_one_with_a_filament_or_another() -> None:
+    before = panels(COOL_K)
+
+    def burns_so(lamps: float, lamp: str) -> bool:
+        after = seen(before, LampSpectrumError(shift_k=SHIFT_K, lamps=lamps), lamp)
+        return not np.allclose(after, before, rtol=1e-5)
+
+    names = ("incandescent", "fluorescent")
+    assert [[burns_so(lamps, name) for name in names] for lamps in (0.0, 1.0, 2.0)] == [
+        [True, True],
+        [True, False],
+        [False, True],
+    ]
