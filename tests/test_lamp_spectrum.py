@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
+from analysis.gap.diagnose import diagnose
 from foundation.backend import backend
+from render.rate import RateHeader, RateImage, rate_image
 from scenes.lamps import planck
 from scenes.spectra import reflectances, response
+from sensor.catalogue import catalogue
 from sensor.effects.lamp_spectrum_error import EFFECTIVE_NM, WIDTH_NM, LampSpectrumError
-from sensor.protocol import Shot
+from sensor.protocol import Protocol, Shot
+from sensor.record import record
 from sensor.signal import Quantity
 from sensor.simulation import exposed, lit
 from tests.effects_bench import EXPOSURE_S, Array, bench_camera, rate_of
+from tests.short import camera as short_camera
 
 NM = np.arange(400.0, 701.0)
 COOL_K, SHIFT_K = 2856.0, 150.0
@@ -77,3 +83,48 @@ def test_a_lamp_is_one_with_a_filament_or_another() -> None:
         [True, False],
         [False, True],
     ]
+
+
+def chart(lamp: str, lamp_k: float) -> RateImage:
+    """Four by six panels with soft edges, each the mean of what its spectrum makes of the lamp."""
+    soft = ndimage.gaussian_filter(
+        np.kron(panels(lamp_k).reshape(4, 6, 3), np.ones((24, 22, 1)))[:, 2:-2], (2.0, 2.0, 0)
+    )
+    rate = (3.0e5 * soft / soft.max(axis=(0, 1))).astype(np.float32)
+    return rate_image(rate, np.zeros_like(rate), RateHeader(scene="patches", lamp=lamp))
+
+
+MISTAKEN_FOR_IT = "spectral_response_error", "color_matrix", "crosstalk", "large_scale_prnu"
+"""What else changes panels by their colours, or what is left of them."""
+
+
+@pytest.mark.whole
+def test_a_hotter_lamp_is_named_by_what_its_spectrum_does_to_a_chart() -> None:
+    """Light by the spectra of lamp, chart and filters, of which a diagnosis knows three colours.
+
+    The shift comes out to the third of it that three colours leave open, or to 4.5 of the standard
+    errors that the report states."""
+    stated = {
+        "incandescent": chart("incandescent", COOL_K),
+        "fluorescent": chart("fluorescent", 4200.0),
+    }
+    rates = {name: image.rate_e_per_s for name, image in stated.items()}
+    rates["incandescent"] = chart("incandescent", COOL_K + 100.0).rate_e_per_s
+    lit_shots = [
+        Shot(label=f"{name} {level}", light=(name,), level=(level,), exposure_s=0.02, frames=16)
+        for name in stated
+        for level in (0.4, 1.0)
+    ]
+    dark = Shot(label="dark", exposure_s=0.02, frames=16)
+    protocol = Protocol(name="two lamps", shot=(dark, *lit_shots))
+    taken = record(short_camera().with_body(5), protocol, rates, seed=7)
+    kinds = [catalogue()[name] for name in ("lamp_spectrum_error", *MISTAKEN_FOR_IT)]
+    report = diagnose(taken, stated=stated, suspects=kinds).report
+    assert report.effects, report
+    named = report.effects[0]
+    assert named.name == "lamp_spectrum_error", report
+    assert named.probability > 0.5
+    assert named.parameters["lamps"].value == 1.0
+    shift = named.parameters["shift_k"]
+    assert shift.se is not None
+    assert abs(shift.value - 100.0) < max(33.0, 4.5 * shift.se)

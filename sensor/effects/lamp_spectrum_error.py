@@ -66,7 +66,12 @@ class LampSpectrumError(Effect):
         doc="colour temperature of the lamp minus the nominal one",
     )
     nominal_k: float = parameter(
-        2856.0, unit="K", minimum=2000.0, maximum=7000.0, doc="nominal colour temperature"
+        2856.0,
+        unit="K",
+        minimum=2000.0,
+        maximum=7000.0,
+        stated=True,
+        doc="nominal colour temperature, assumed: light tells shift / nominal^2",
     )
 
     lamps: float = parameter(
