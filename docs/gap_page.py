@@ -15,6 +15,7 @@ from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
 from analysis.gap.verdict.later import LEADS, LEAST_WHERE_LITTLE, LITTLE_IS_LEFT
 from analysis.gap.verdict.remainder import RIGHT_TO
+from analysis.gap.verdict.trust import OF_ONE_THAT_STANDS_OUT
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
     CLASS_SIZE,
@@ -66,6 +67,7 @@ FIGURES = {
     "LEADS": f"{100 * LEADS:g} %",
     "LEAST_SHRINK": f"{100 * LEAST_SHRINK:g} %",
     "LITTLE_IS_LEFT": f"{LITTLE_IS_LEFT:g}",
+    "OF_ONE_THAT_STANDS_OUT": f"{OF_ONE_THAT_STANDS_OUT:g}",
 }
 
 
