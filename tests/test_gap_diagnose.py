@@ -18,6 +18,8 @@ from analysis.gap.ready.hints import Told
 from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import look
 from analysis.gap.report import NO_GAP, GapReport, Place
+from analysis.gap.verdict.conclude import conclude
+from analysis.gap.verdict.trust import OF_ONE_THAT_STANDS_OUT
 from camtruth.report.gap import answer, page
 from sensor.catalogue import catalogue, effects_from_file
 from sensor.colours import Colours
@@ -177,6 +179,34 @@ def test_an_effect_without_a_name_is_not_blamed_on_another() -> None:
     assert all(suspect.probability < 0.5 for suspect in found.candidates)
     assert found.where[0].family in ("rows", "neighbours")
     assert found.next_capture
+
+
+@pytest.mark.whole
+def test_what_a_report_does_not_name_is_not_in_its_camera() -> None:
+    """Three causes are none. The first of them is named by itself where it stands out: row noise
+    closes all of the gap, and no other suspect a fifth of it."""
+    found = diagnosed(rows=True)
+    setting, trail = found.setting, found.trail
+    assert setting is not None
+    assert trail is not None
+    assert trail.lead is not None
+    base, *others = trail.models
+    first, *left = trail.measured
+    three = dataclasses.replace(
+        trail,
+        models=(base, *3 * others),
+        measured=(first, *3 * left),
+        choices=3 * trail.choices,
+    )
+    report, told = conclude(setting, dataclasses.replace(three, lead=None))
+    assert report.verdict == "unexplained"
+    assert told.models == (base,)
+    report, told = conclude(setting, three)
+    assert report.verdict == "partly explained"
+    assert [(one.name, one.probability) for one in report.effects] == [
+        ("row_noise", OF_ONE_THAT_STANDS_OUT)
+    ]
+    assert told is trail.lead
 
 
 OWN = """

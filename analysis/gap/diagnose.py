@@ -86,7 +86,7 @@ class Diagnosis:
     Attributes:
         report: what may be said.
         setting: the capture, its plan and its light; None where it has too few frames.
-        trail: the base, the effects that were added to it, and the distance from each; the same.
+        trail: the base, the effects that the report names, and the distance from each; the same.
     """
 
     report: GapReport
@@ -145,5 +145,5 @@ def diagnose(
     watch("calibrating the base camera")
     known = calibrated(setting, model)
     kinds = [k for k in (catalogue().values() if suspects is None else suspects) if not k.base]
-    trail = follow(setting, known, kinds, watch)
-    return Diagnosis(report=timed(conclude(setting, trail)), setting=setting, trail=trail)
+    report, trail = conclude(setting, follow(setting, known, kinds, watch))
+    return Diagnosis(report=timed(report), setting=setting, trail=trail)

@@ -56,8 +56,8 @@ def _with(suspect: Candidate, found: Trail) -> float:
     return before.held.total - suspect.forward / float(before.rod.spread.expected.sum())
 
 
-def conclude(setting: Setting, found: Trail) -> GapReport:
-    """The report of what was found."""
+def conclude(setting: Setting, found: Trail) -> tuple[GapReport, Trail]:
+    """The report of what was found, and the part of it that the report speaks of."""
     gap = gap_of(found)
     word = verdict(len(found.choices), gap, elsewhere(found, setting.told))
     each = range(len(found.choices))
@@ -94,7 +94,7 @@ def conclude(setting: Setting, found: Trail) -> GapReport:
         calibration=calibration_figures(found.models[-1], after.errors),
         notes=notes_of(setting),
     )
-    return with_first_frames(report, setting.begins)
+    return with_first_frames(report, setting.begins), found
 
 
 def _as_it_began(found: Trail, setting: Setting) -> tuple[Trail, list[float]]:
