@@ -144,6 +144,19 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def switch(default: float, *, doc: str, starts: tuple[float, ...] = ()) -> Any:
+    """Declare a parameter that is 0 or 1, of which each is another way of the effect.
+
+    Args:
+        default: which it is.
+        doc: what both mean.
+        starts: with which searches begin; both by default.
+    """
+    return parameter(
+        default, unit="1", minimum=0.0, maximum=1.0, whole=True, starts=starts, doc=doc
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effect(abc.ABC):
     """One physical effect. Subclasses are final: one file, one class, one equation.

@@ -45,6 +45,12 @@ def per_frame(signal: Signal, figures: Any) -> Any:
     return signal.backend.tensor(np.reshape(figures, (-1, 1, 1, 1)))
 
 
+def scene_mean(signal: Signal) -> Any:
+    """The mean of a rate over the picture, by frame and colour: a tensor (f, 1, 1, 3)."""
+    mean = dr.mean(dr.mean(signal.value, axis=2), axis=1)  # rows first: float32 sums stay short
+    return type(mean)(mean.array, (signal.shape[0], 1, 1, 3))
+
+
 def resampled(
     signal: Signal, down: Any, right: Any, straight: tuple[Any, Any] | None = None
 ) -> Any:

@@ -14,7 +14,7 @@ from typing import Any
 
 import drjit as dr
 
-from sensor.effect import parameter
+from sensor.effect import switch
 from sensor.image_plane import constant, resampled
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -25,12 +25,8 @@ OF_HARD_EDGES = 2.13
 
 def unresolved_edges() -> Any:
     """Declare how light lies between the pixels of a picture: an effect's parameter."""
-    return parameter(
+    return switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0,),
         doc="light between pixels: 0 where it is smooth, 1 where edges lie anywhere in a pixel",
     )
@@ -54,7 +50,7 @@ def moved(signal: Signal, stream: Stream, down: Any, right: Any, unresolved: flo
     height, width = signal.shape[1:3]
     body = stream.body
     hard = constant(signal, OF_HARD_EDGES) * body.uniform(1, 1, 1, use="hard")
-    dr.eval(hard)
+    dr.eval(hard)  # one number: left open it takes the size of what it is first multiplied by
     rows = hard * body.normal(height, 1, 1, use="rows")
     columns = hard * body.normal(1, width, 1, use="columns")
     return signal.replace(resampled(signal, down, right, straight=(rows, columns)))

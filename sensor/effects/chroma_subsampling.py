@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import drjit as dr
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.luma import BLUE, GREEN, RED, need_colours
 from sensor.neighbours import interleaved
 from sensor.signal import Signal
@@ -65,12 +65,8 @@ class ChromaSubsampling(Effect):
         doc="1 carries whole codes, 2 counts in integers, with lines in fixed point, 0 carries"
         " fractions",
     )
-    of_whole_codes: float = parameter(
+    of_whole_codes: float = switch(
         1.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(1.0,),
         doc="1 where R, G and B are whole codes before, 0 where they have not been rounded",
     )

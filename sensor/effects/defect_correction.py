@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import drjit as dr
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.limits import greater, lesser
 from sensor.neighbours import Runs, interleaved
 from sensor.signal import Signal
@@ -45,12 +45,8 @@ class DefectCorrection(Effect):
         doc="difference from the median from which a pixel is a defect",
     )
 
-    beyond_all: float = parameter(
+    beyond_all: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0, 1.0),
         doc="1 where a defect is beyond all eight by that, 0 where it is from their median",
     )

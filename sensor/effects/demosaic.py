@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.interpolation import Interpolated
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -53,12 +53,8 @@ class Demosaic(Effect):
         " of sixteenths 5, 6 up, 7 whole means; 8 to 10 quarters; 11 64ths",
     )
 
-    corners: float = parameter(
+    corners: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         doc="1 a measured green is averaged with those at its corners, 0 it passes unchanged",
     )
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -58,12 +58,8 @@ class FlickerNoise(Effect):
         starts=(1000.0, 10.0),
         doc="time constant of the slowest trap",
     )
-    clamped: float = parameter(
+    clamped: float = switch(
         1.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(1.0, 0.0),
         doc="1 the mean of every frame is taken off, 0 it stays",
     )

@@ -8,7 +8,7 @@ from typing import ClassVar
 import drjit as dr
 import numpy as np
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.film import Film
 from sensor.limits import at_least
 from sensor.signal import Signal
@@ -50,21 +50,13 @@ class ImageLag(Effect):
         identity=0.0,
         doc="share of the charge that stays behind at each readout",
     )
-    by_chance: float = parameter(
+    by_chance: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0,),
         doc="0 for that share of all charge, 1 for each electron with that probability",
     )
-    from_dark: float = parameter(
+    from_dark: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0,),
         doc="0 for steady light before the first frame, 1 for none",
     )

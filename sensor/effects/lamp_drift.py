@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.filament import has_filament
 from sensor.frame_times import frame_starts_s
 from sensor.image_plane import per_frame
@@ -60,12 +60,8 @@ class LampDrift(Effect):
         starts=(1.0, -1.0),
         doc="change of a lamp with a filament relative to that of others",
     )
-    on_before: float = parameter(
+    on_before: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0, 1.0),
         doc="1 where a lamp has been on for any time before a shot, 0 where it starts with each",
     )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import drjit as dr
 
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
 from sensor.filament import has_filament
-from sensor.image_plane import constant
+from sensor.image_plane import per_colour, scene_mean
 from sensor.neighbours import Neighbours, interleaved
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -25,12 +25,15 @@ EFFECTIVE_NM = Colours(R=610.0, G=530.0, B=460.0)
 WIDTH_NM = Colours(R=40.0, G=51.0, B=39.0)
 """Standard deviations of the same."""
 
-STEEPEST = 3.0
-"""Difference of the logarithms of two colours that counts at most: blacker than 1/20 is no colour.
-"""
+BLACKEST = 0.01
+"""Part of the scene's mean below which a colour has no slope: light that is hardly there."""
+
+DARKEST_E_PER_S = 1e-20
+"""Mean of a scene without any light of a colour, which has no slope either."""
 
 ALL, WITH_FILAMENT, WITHOUT = 0.0, 1.0, 2.0
-"""Lamps that burn so."""
+"""Lamps that burn so. A share of the shift, as `filament` of a drift is, cannot say that filaments
+alone do."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +76,6 @@ class LampSpectrumError(Effect):
         stated=True,
         doc="nominal colour temperature, assumed: light tells shift / nominal^2",
     )
-
     lamps: float = parameter(
         ALL,
         unit="1",
@@ -109,23 +111,16 @@ class LampSpectrumError(Effect):
         another = self.lamps != ALL and has_filament(signal.shot) != (self.lamps == WITH_FILAMENT)
         if signal.shot.dark or another:
             return signal.replace(signal.value)
-        near = Neighbours(signal)
-        red, green, blue = (near.flat_at(0, 0, colour) for colour in range(3))
-        red_to_green = _log_ratio(red, green) / (EFFECTIVE_NM.R - EFFECTIVE_NM.G)
-        green_to_blue = _log_ratio(green, blue) / (EFFECTIVE_NM.G - EFFECTIVE_NM.B)
-        slopes = (red_to_green, 0.5 * (red_to_green + green_to_blue), green_to_blue)
-        planes = [
-            own * constant(signal, gain).array * dr.exp(constant(signal, part).array * slope)
-            for own, gain, part, slope in zip(
-                (red, green, blue), self.gains, self.of_slopes_nm, slopes, strict=True
-            )
-        ]
-        return signal.replace(near.tensor(interleaved(planes), signal.shape))
-
-
-def _log_ratio(one: Any, other: Any) -> Any:
-    """Logarithm of the ratio of two colours, less that of their means over the scene."""
-    of_scene = dr.mean(one) / dr.mean(other)
-    least = 1e-6 * dr.mean(other)
-    ratio = dr.maximum(one, least * of_scene) / (dr.maximum(other, least) * of_scene)
-    return dr.clip(dr.log(ratio), -STEEPEST, STEEPEST)
+        mean = dr.maximum(scene_mean(signal), DARKEST_E_PER_S)
+        near = Neighbours(signal.replace(signal.value / mean))
+        red, green, blue = (
+            dr.log(dr.maximum(near.flat_at(0, 0, colour), BLACKEST)) for colour in range(3)
+        )
+        above = (red - green) / (EFFECTIVE_NM.R - EFFECTIVE_NM.G)
+        below = (green - blue) / (EFFECTIVE_NM.G - EFFECTIVE_NM.B)
+        slopes = [above, 0.5 * (above + below), below]
+        slope = near.tensor(interleaved(slopes), signal.shape)
+        gain = per_colour(signal, self.gains) * dr.exp(
+            per_colour(signal, self.of_slopes_nm) * slope
+        )
+        return signal.replace(signal.value * gain)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import drjit as dr
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -62,12 +62,8 @@ class RandomTelegraphNoise(Effect):
     dwell_down_s: float = parameter(
         1.0, unit="s", minimum=1e-3, maximum=1000.0, doc="mean time at the lower level"
     )
-    alike: float = parameter(
+    alike: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0,),
         doc="0: differences of an exponential distribution, 1: the same in every such photosite",
     )

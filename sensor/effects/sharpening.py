@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import drjit as dr
 
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.errors import CameraError
 from sensor.luma import BLUE, GREEN, RED
 from sensor.neighbours import Neighbours, Runs, interleaved
@@ -57,12 +57,8 @@ class Sharpening(Effect):
         starts=(1.0, 2.0),
         doc="how often the soft copy is softened",
     )
-    each_colour: float = parameter(
+    each_colour: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0, 1.0),
         doc="0 the detail of luma goes to all colours, 1 each colour gets its own",
     )

@@ -8,7 +8,7 @@ from typing import ClassVar
 import drjit as dr
 
 from sensor.effect import Effect, Stage, parameter
-from sensor.image_plane import constant, from_centre_px
+from sensor.image_plane import constant, from_centre_px, scene_mean
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -56,9 +56,6 @@ class SpecularGlare(Effect):
         figures = ((self.below - 0.5) * height, (self.across - 0.5) * width, 1.0 / self.sigma_px)
         y, x, scale = (constant(signal, figure) for figure in figures)
         y, x = (down - y) * scale, (right - x) * scale
-        mean = dr.mean(dr.mean(signal.value, axis=2), axis=1)  # rows first: float32 sums stay short
-        peak = type(mean)(mean.array, (signal.shape[0], 1, 1, 3))
-        return signal.replace(
-            signal.value
-            + constant(signal, self.strength) * peak * (dr.exp(-0.5 * y * y) * dr.exp(-0.5 * x * x))
-        )
+        lobe = dr.exp(-0.5 * y * y) * dr.exp(-0.5 * x * x)
+        peak = constant(signal, self.strength) * scene_mean(signal)
+        return signal.replace(signal.value + peak * lobe)

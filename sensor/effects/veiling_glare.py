@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import drjit as dr
 import numpy as np
 from scipy import ndimage
 
 from sensor.effect import Effect, Stage, parameter
-from sensor.image_plane import constant
+from sensor.image_plane import constant, scene_mean
 from sensor.signal import Signal
 from sensor.stream import Stream
 
@@ -60,14 +59,8 @@ class VeilingGlare(Effect):
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         fraction = constant(signal, self.fraction)
-        veil = _even(signal) if self.reach >= EVENLY else _spread(signal, self.reach)
+        veil = scene_mean(signal) if self.reach >= EVENLY else _spread(signal, self.reach)
         return signal.replace((1.0 - fraction) * signal.value + fraction * veil)
-
-
-def _even(signal: Signal) -> Any:
-    """The mean over the image, (f, 1, 1, 3)."""
-    mean = dr.mean(dr.mean(signal.value, axis=2), axis=1)  # rows first: float32 sums stay short
-    return type(mean)(mean.array, (signal.shape[0], 1, 1, 3))
 
 
 def _spread(signal: Signal, reach: float) -> Any:

@@ -9,7 +9,7 @@ from typing import ClassVar
 import drjit as dr
 
 from sensor.colours import Colours
-from sensor.effect import Effect, Stage, parameter
+from sensor.effect import Effect, Stage, parameter, switch
 from sensor.errors import CameraError
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -50,21 +50,13 @@ class WhiteBalance(Effect):
         identity=1.0,
         doc="factor of blue",
     )
-    about_black: float = parameter(
+    about_black: float = switch(
         1.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(1.0,),
         doc="1 where the black level stays as it is, 0 where it is multiplied too",
     )
-    whole_codes: float = parameter(
+    whole_codes: float = switch(
         0.0,
-        unit="1",
-        minimum=0.0,
-        maximum=1.0,
-        whole=True,
         starts=(0.0,),
         doc="1 where a mosaic has been rounded to whole codes before",
     )

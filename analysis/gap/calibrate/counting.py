@@ -122,13 +122,15 @@ def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refin
         seen: the frames that fit.
         scenery: their light and shots.
     """
-    far = found.misfit > FAR
-    if (uneven_in_the_dark if far else unevenness)(found) < UNEVEN:
+    by_darks = found.misfit > FAR
+    if (uneven_in_the_dark if by_darks else unevenness)(found) < UNEVEN:
         return found
     against = (refined(base, seen, scenery, found.effects) for base in finer(found.base, scenery))
-    likely = sorted(against, key=unevenness)[:LIKELIEST]
-    if far:
-        likely = [one for one in likely if uneven_in_the_dark(one) < UNEVEN]
+    likely = [
+        one
+        for one in sorted(against, key=unevenness)[:LIKELIEST]
+        if not by_darks or uneven_in_the_dark(one) < UNEVEN
+    ]
     tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
     best = min([found, *likely, *tried], key=unevenness)
     halved = unevenness(best) < EVENER * unevenness(found)

@@ -50,7 +50,7 @@ all the same. In a camera by another engineer the same two close 0.81 and 0.175 
 A_RIVAL = 0.2
 """Part of what a first effect takes off chi-squared which the next suspect takes off at most, where
 the first one stands out and is named whatever is left, if it closes `LEAST_SHRINK` of the gap. Of
-the bench (seeds 23 to 43) and other engineers' cameras seven such effects had no name, because what
+the bench (seeds 23 to 43) and other engineers' cameras eight such effects had no name, because what
 stood beside them had none, or three were there: each was right. The nearest wrong one, steps of a
 converter for bits that are lost, has a rival with a quarter."""
 
