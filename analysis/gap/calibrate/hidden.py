@@ -15,14 +15,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.calibrate.darks import Darks
-from analysis.gap.calibrate.refine import WORTH_A_STEP, Refined, refine
+from analysis.gap.calibrate.refine import WORTH_A_STEP, Refined, refine, refined
+from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
 from sensor.effect import Effect
 
-OF_OFFSETS = 0.5
-"""Part of the variance of the fixed offsets that dark current adds in the longest dark, where the
-fit begins."""
+OF_OFFSETS = 0.2
+"""Part of the variance of the fixed offsets that is dark current's in the longest dark, where a fit
+begins that finds none."""
 
 
 def with_even_spread(
@@ -41,12 +42,34 @@ def with_even_spread(
         scenery: their light and shots.
         effects: what the camera has besides.
     """
-    exposures_s = {shot.exposure_s for shot in scenery.shots if shot.dark}
-    if not dark.quiet or len(exposures_s) < 2:
+    if not dark.quiet or len({shot.exposure_s for shot in scenery.shots if shot.dark}) < 2:
         return found
-    base = found.base
-    offsets_e2 = float(np.mean(base.fpn_dn2 / base.gain_dn_per_e**2))
-    spread2 = base.dark_spread2 or OF_OFFSETS * offsets_e2 / max(exposures_s) ** 2
-    even = dataclasses.replace(base, dark_spread2=spread2, dark_uneven=0.0)
+    even = dataclasses.replace(found.base, dark_uneven=0.0)
+    if not even.dark_spread2:
+        even = part_of_the_offsets(even, scenery)
+    if not found.base.dark_uneven:
+        # nothing was taken for skewness
+        if found.base.dark_spread2:
+            return found
+        start = refined(even, seen, scenery, effects)
+        if start.deviance > found.deviance + WORTH_A_STEP:
+            return found
     again = refine(even, seen, scenery, effects)
     return again if again.deviance < found.deviance - WORTH_A_STEP else found
+
+
+def part_of_the_offsets(base: Base, scenery: Scenery) -> Base:
+    """The camera with some of its fixed offsets as dark current's, as much in the mean of its
+    darks.
+
+    Args:
+        base: without a spread of dark current.
+        scenery: light and shots.
+    """
+    times2 = np.square([shot.exposure_s for shot in scenery.shots if shot.dark])
+    offsets_e2 = float(np.mean(base.fpn_dn2 / base.gain_dn_per_e**2))
+    return dataclasses.replace(
+        base,
+        dark_spread2=OF_OFFSETS * offsets_e2 / float(times2.max()),
+        fpn_dn2=base.fpn_dn2 * (1.0 - OF_OFFSETS * float(times2.mean() / times2.max())),
+    )
