@@ -20,13 +20,17 @@ from sensor.stream import Stream
 _FARTHEST = {1: 2, 2: 4, 3: 8}
 """Square of the distance of the last neighbours in each window."""
 
-_TOGETHER = 2
-"""What is as soft by all colours together."""
+_TOGETHER, _PATCHES = 2, 3
+"""What is as soft by all colours together, and by what lies around both pixels."""
+
+_PATCH = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
+"""Rows below and columns right of a pixel of what is compared."""
 
 _LEAST_DN, _LEAST_WEIGHT = 1e-3, 1e-6
 """Of a threshold and of a weight that one divides by."""
 
-_Smooth = Callable[[list[Any], list[list[Any]]], list[Any]]
+_At = Callable[[int, int], list[Any]]
+"""The colours so many rows below a pixel and so many columns right of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,38 +98,34 @@ class SpatialDenoise(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=2.0,
+        maximum=3.0,
         whole=True,
         starts=(0.0,),
         doc="0 neighbours count in full below the threshold, 1 the less the more they differ, 2 "
-        "the same by the sum of what all colours differ by",
+        "the same by the sum of what all colours differ by, 3 by their patches of 3 x 3 pixels",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         places = self._places()
-        reach = max(dx for _, dx in places)
+        reach = max(dx for _, dx in places) + (self.soft == _PATCHES)
         smooth = self._smooth(dr.array_t(signal.backend.arrays.TensorXf), places)
         if not signal.coloured:
             near = Neighbours(signal)
             step = 2 if len(set(signal.format.cfa)) > 1 else 1
-            around = [[near.flat_at(dy * step, dx * step)] for dy, dx in places]
-            (smoothed,) = smooth([near.flat_at(0, 0)], around)
+            (smoothed,) = smooth(lambda dy, dx: [near.flat_at(dy * step, dx * step)])
             return signal.replace(type(signal.value)(smoothed, signal.shape))
         rows = signal.interpolated.rows(reach) if signal.interpolated else _rows(signal, reach)
 
-        def pixel(dy: int, k: int) -> list[Any]:
-            return [columns[k + reach] for columns in rows[dy + reach]]
+        def at(k: int) -> _At:
+            return lambda dy, dx: [columns[k + dx + reach] for columns in rows[dy + reach]]
 
-        run = [
-            smooth(pixel(0, k), [pixel(dy, k + dx) for dy, dx in places])
-            for k in range(len(rows[0][0]) - 2 * reach)
-        ]
+        run = [smooth(at(k)) for k in range(len(rows[0][0]) - 2 * reach)]
         colours = tuple(zip(*run, strict=True))
         return signal.replace(
             Planes(colours=colours, shape=signal.shape, arrays=signal.backend.arrays)
         )
 
-    def _smooth(self, number: Any, places: list[tuple[int, int]]) -> _Smooth:
+    def _smooth(self, number: Any, places: list[tuple[int, int]]) -> Callable[[_At], list[Any]]:
         """What a pixel becomes, by its colours and those of its neighbours."""
         # figures are data, so that a new value compiles nothing
         limit_dn = max(self.threshold_dn, _LEAST_DN)
@@ -136,21 +136,29 @@ class SpatialDenoise(Effect):
         own = 1.0 / max(self.diagonal, _LEAST_WEIGHT) if self.soft else 1.0
         own_weight = dr.opaque(number, own)
 
-        def alike(difference: Any) -> Any:
+        def alike(at: _At, dy: int, dx: int) -> list[Any]:
+            if self.soft == _PATCHES:
+                unlike = [_apart(at(dy + y, dx + x), at(y, x)) for y, x in _PATCH]
+                return [
+                    two_to(sum(map(dr.square, one)) * octaves / len(_PATCH))
+                    for one in zip(*unlike, strict=True)
+                ]
+            apart = _apart(at(dy, dx), at(0, 0))
+            if self.soft == _TOGETHER:
+                apart = [sum(map(dr.abs, apart))] * len(apart)
             if self.soft:
-                return two_to(dr.square(difference) * octaves)
-            return dr.select(dr.abs(difference) < threshold, 1.0, 0.0)
+                return [two_to(dr.square(one) * octaves) for one in apart]
+            return [dr.select(dr.abs(one) < threshold, 1.0, 0.0) for one in apart]
 
-        def smooth(own: list[Any], around: list[list[Any]]) -> list[Any]:
+        def smooth(at: _At) -> list[Any]:
+            own = at(0, 0)
             weight = {1: own[0] * 0.0 + 1.0}
             for farther in range(2, _FARTHEST[int(self.window)] + 1):
                 weight[farther] = weight[farther - 1] * diagonal
             total, count = [0.0 * one for one in own], [0.0 * one + own_weight for one in own]
-            for (dy, dx), other in zip(places, around, strict=True):
-                apart = [theirs - ours for theirs, ours in zip(other, own, strict=True)]
-                by = [sum(map(dr.abs, apart))] * len(own) if self.soft == _TOGETHER else apart
-                near = weight[dy * dy + dx * dx]
-                shares = [near * alike(one) for one in by]
+            for dy, dx in places:
+                apart, near = _apart(at(dy, dx), own), weight[dy * dy + dx * dx]
+                shares = [near * one for one in alike(at, dy, dx)]
                 total = [dr.fma(s, d, t) for s, d, t in zip(shares, apart, total, strict=True)]
                 count = [n + s for n, s in zip(count, shares, strict=True)]
             return [o + strength * t / n for o, t, n in zip(own, total, count, strict=True)]
@@ -162,6 +170,10 @@ class SpatialDenoise(Effect):
         reach = range(-2, 3)
         inside = range(1, _FARTHEST[int(self.window)] + 1)
         return [(dy, dx) for dy in reach for dx in reach if dy * dy + dx * dx in inside]
+
+
+def _apart(theirs: list[Any], ours: list[Any]) -> list[Any]:
+    return [their - our for their, our in zip(theirs, ours, strict=True)]
 
 
 def _rows(signal: Signal, reach: int) -> list[Row]:

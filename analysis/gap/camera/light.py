@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from analysis.gap.camera.grey_light import GREEN, SUMS, Picture, in_green, sum_seen
+from analysis.gap.camera.grey_light import GREEN, Picture, in_green, sum_seen
 from analysis.gap.camera.light_of_frames import clear, light_shown, plane, without_pattern
 from analysis.gap.camera.surface import surface_of
 from foundation.panel import Panel
@@ -216,14 +216,15 @@ def _in_grey(light: Light, lit: list[Frames], black_dn: float) -> Light:
         if bright > pictures.get(lamp_of(f.shot), (LEAST_SEEN_DN, None))[0]:
             found = Picture(seen=seen[unclipped], rate=expected[unclipped])
             pictures[lamp_of(f.shot)] = bright, found
-    name = sum_seen([picture for _, picture in pictures.values()])
-    if SUMS[name] == GREEN:
+    seen_sum = sum_seen([picture for _, picture in pictures.values()])
+    if seen_sum == GREEN:
         return light
-    weights = SUMS[name]
+    weights = seen_sum.weights
     of_variances = [weight**2 for weight in weights]
     rates = {lamp: in_green(rate, weights) for lamp, rate in light.rates.items()}
     noise = {lamp: in_green(unsure, of_variances) for lamp, unsure in light.noise.items()}
-    return dataclasses.replace(light, rates=rates, noise=noise, source=f"{light.source}, {name}")
+    source = f"{light.source}, {seen_sum.name}"
+    return dataclasses.replace(light, rates=rates, noise=noise, source=source)
 
 
 def _blurred(picture: Rate) -> Rate:

@@ -12,7 +12,7 @@ with those at its corners: noise of variance 1 becomes 1/4 + 4/64 = 5/16, with a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,14 +36,28 @@ is no chance, as samples that pass unchanged have none."""
 
 def correlations(stack: Frames, lattices: Sequence[Lattice]) -> Floats:
     """Of noise with the next sample of its row, of its column, and the diagonal one: (3,)."""
+    return _products(stack, lattices, lambda width: (1, width, width + 1))
+
+
+def beyond_the_next(stack: Frames, lattices: Sequence[Lattice]) -> float:
+    """Of noise with the sample after the next one, in the mean of its row and its column."""
+    return float(_products(stack, lattices, lambda width: (2, 2 * width)).mean())
+
+
+def _products(
+    stack: Frames, lattices: Sequence[Lattice], lags: Callable[[int], tuple[int, ...]]
+) -> Floats:
+    """Of noise with itself so many samples further on, of those of a line's width, over its power
+    without that of rounding.
+    """
     alone = [one for one in lattices if stack.dn.ndim == 3 or one.channel != "G"]
-    products = np.zeros(4)
+    rows = []
     for lattice in alone:
         values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
         noise = values - values.mean(axis=0)
-        width = noise.shape[2]
-        products += [lagged(noise.ravel(), lag) for lag in (0, 1, width, width + 1)]
-    return np.asarray(products[1:] / max(products[0] - len(alone) * ROUNDING_DN2, 1e-9))
+        rows.append([lagged(noise.ravel(), lag) for lag in (0, *lags(noise.shape[2]))])
+    power, *products = np.sum(rows, axis=0)
+    return np.asarray(products) / max(float(power) - len(alone) * ROUNDING_DN2, 1e-9)
 
 
 def green_is_averaged(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> bool:

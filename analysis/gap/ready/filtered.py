@@ -16,15 +16,19 @@ colour by colour, have C = c, q = a, p = b.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from analysis.gap.look.agreeing import LEAST_CORRELATION, correlations
+from analysis.gap.camera.base import Base
+from analysis.gap.look.agreeing import LEAST_CORRELATION, beyond_the_next, correlations
 from analysis.gap.look.lattices import of_a_mosaic
 from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
+from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +37,14 @@ ALIKE = 2.0
 
 LINEAR_DN = 64.0
 """Threshold of a filter that mixes whatever it meets."""
+
+WIDE = 0.1
+"""Of a frame's noise with the sample after the next one, from which a window is five pixels wide:
+three by three leave q^2 / V, at most a twentieth."""
+
+OF_NOISE = 1.5
+"""Threshold of a filter that mixes the less the more pixels differ, in standard deviations of the
+noise of the brightest shot, where a search for it begins."""
 
 
 def filtered(setting: Setting) -> Told | None:
@@ -60,6 +72,9 @@ def filtered(setting: Setting) -> Told | None:
         return None
     _, base = by_moments(setting)
     left = [power_left(a, b, channel if coloured else "") for channel in base.channels]
+    base = base.noisier(1.0 / np.array(left))
+    if max(beyond_the_next(stack, lattices) for stack in setting.key_frames) > WIDE:
+        return _wide(base, lit)
     return Told(
         hints={
             "strength": a * (5.0 + 4.0 * b / a),
@@ -67,7 +82,25 @@ def filtered(setting: Setting) -> Told | None:
             "threshold_dn": LINEAR_DN,
         },
         exact=False,
-        base=base.noisier(1.0 / np.array(left)),
+        base=base,
+    )
+
+
+def _wide(base: Base, lit: Sequence[Frames]) -> Told:
+    """A window of five by five that keeps what differs by more than noise does."""
+    brightest_dn = max(float(stack.dn[0].mean()) for stack in lit)
+    noise_dn2 = base.gain_dn_per_e * np.maximum(brightest_dn - base.black_dn, 0.0) + base.read_dn2
+    threshold_dn = OF_NOISE * float(np.sqrt(noise_dn2.mean()))
+    return Told(
+        hints={
+            "strength": 1.0,
+            "threshold_dn": threshold_dn,
+            "diagonal": 1.0,
+            "window": 3.0,
+            "soft": 1.0,
+        },
+        exact=False,
+        base=base,
     )
 
 
