@@ -219,6 +219,34 @@ def test_a_soft_spatial_denoise_is_the_bilateral_filter(threshold_dn: float, col
     assert np.allclose(applied(effect, before), theirs, atol=1e-3)
 
 
+@pytest.mark.parametrize("threshold_dn", [1.0, 3.0, 10.0])
+@pytest.mark.parametrize("coloured", [True, False])
+def test_a_spatial_denoise_by_patches_is_the_mean_of_those_alike(
+    threshold_dn: float, coloured: bool
+) -> None:
+    """Non-local means by its definition: weights exp(-d^2 / 2 T^2), d^2 the mean square of what the
+    3 x 3 pixels about both differ by, over all 5 x 5; on noise and an edge."""
+    before = noise_on(100.0, 2.0, 2, 32, 40, 3)
+    before[:, :, 20:] += 20.0
+    if not coloured:
+        before = before[..., 0]
+    effect = SpatialDenoise(
+        strength=1.0, threshold_dn=threshold_dn, diagonal=1.0, window=3.0, soft=3.0
+    )
+    patch = (1, 3, 3, 1)[: before.ndim]
+    total, count = np.zeros((2, *before.shape))
+    for dy in range(-2, 3):
+        for dx in range(-2, 3):
+            theirs = np.roll(before, (-dy, -dx), axis=(1, 2))
+            unlike = ndimage.uniform_filter(np.square(theirs - before), patch)
+            weight = np.exp(-unlike / (2 * threshold_dn**2))
+            total += weight * theirs
+            count += weight
+    inside = np.s_[:, 4:-4, 4:-4]
+    found = applied(effect, before)
+    assert np.allclose(found[inside], (total / count)[inside], atol=1e-3)
+
+
 def test_temporal_filter_remembers_in_the_dark_and_pixel_by_pixel() -> None:
     carried, lags = 0.5, [0, 1, 2, 4]
 

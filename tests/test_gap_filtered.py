@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from analysis.gap.look.agreeing import correlations, green_is_averaged
+from analysis.gap.look.agreeing import beyond_the_next, correlations, green_is_averaged
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.filtered import power_left, weights_of
+from analysis.gap.ready.filtered import WIDE, WIDE_PLAIN, power_left, weights_of
 from tests.mosaic import MOSAIC, filled_in, lit
 
 SIGMA_DN = 8.0
@@ -46,6 +46,26 @@ def test_weights_and_the_noise_that_they_leave(a: float, b: float, coloured: boo
         channel = lattice.channel if coloured else ""
         expected = SIGMA_DN**2 * power_left(a, b, channel)
         assert power == pytest.approx(expected, rel=5 * 2 * np.sqrt(2 / values.size))
+
+
+@pytest.mark.parametrize("side", [3, 5])
+@pytest.mark.parametrize("coloured", [True, False])
+def test_a_window_of_five_is_told_from_one_of_three(side: int, coloured: bool) -> None:
+    """Equal weights of n pixels in a row have (n - 2) / n in common two samples on; of a mosaic
+    those of three have 1/18. Four standard errors are 0.03: samples share much of their noise."""
+    rng = np.random.default_rng(20)
+    raw = 120 + SIGMA_DN * rng.standard_normal((FRAMES, HEIGHT, WIDTH))
+    weights = np.full((side, side), 1 / side**2)
+    if coloured:
+        smooth = ndimage.convolve(filled_in(raw), weights[None, :, :, None], mode="mirror")
+        further = beyond_the_next(lit(smooth, "rgb8"), MOSAIC)
+        assert (further > WIDE) is (side == 5)
+    else:
+        smooth = ndimage.convolve(raw, weights[None], mode="mirror")
+        further = beyond_the_next(lit(smooth, "mono8"), GREY)
+        assert (further > WIDE_PLAIN) is (side == 5)
+    if side == 3 or not coloured:
+        assert further == pytest.approx(1 / 18 if coloured else (side - 2) / side, abs=0.03)
 
 
 def test_noise_of_single_samples_has_no_weights() -> None:

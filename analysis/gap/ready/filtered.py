@@ -16,19 +16,20 @@ colour by colour, have C = c, q = a, p = b.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from analysis.gap.camera.base import Base
+from analysis.gap.calibrate.refine import refined
+from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.agreeing import LEAST_CORRELATION, beyond_the_next, correlations
 from analysis.gap.look.lattices import of_a_mosaic
 from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import by_moments
-from analysis.gap.ready.setting import Setting
-from sensor.frames import Frames
+from analysis.gap.ready.setting import Setting, halves
+from sensor.effects.spatial_denoise import SpatialDenoise
 
 Floats = NDArray[np.float64]
 
@@ -38,13 +39,20 @@ ALIKE = 2.0
 LINEAR_DN = 64.0
 """Threshold of a filter that mixes whatever it meets."""
 
-WIDE = 0.1
-"""Of a frame's noise with the sample after the next one, from which a window is five pixels wide:
-three by three leave q^2 / V, at most a twentieth."""
+WIDE, WIDE_PLAIN = 0.1, 0.4
+"""Correlation with the sample after the next one from which a window is wider than three by three,
+of which equal weights leave (q^2 + 2 p^2) / V = 1/18, and 1/3 where no colours are filled in."""
 
-OF_NOISE = 1.5
-"""Threshold of a filter that mixes the less the more pixels differ, in standard deviations of the
-noise of the brightest shot, where a search for it begins."""
+OF_NOISE = (1.5, 3.0)
+"""Thresholds of a filter that mixes the less the more pixels differ, in standard deviations of the
+noise of the brightest shot."""
+
+OF_THE_GAIN = (1.0, 0.6)
+"""Parts of the gain by moments with it: what keeps noise that is large, keeps more of it where it
+is looked at than a window of the same weights would."""
+
+SOFT = (1.0, 2.0, 3.0)
+"""How such a filter tells them apart: each colour by itself, all together, or by patches."""
 
 
 def filtered(setting: Setting) -> Told | None:
@@ -73,8 +81,9 @@ def filtered(setting: Setting) -> Told | None:
     _, base = by_moments(setting)
     left = [power_left(a, b, channel if coloured else "") for channel in base.channels]
     base = base.noisier(1.0 / np.array(left))
-    if max(beyond_the_next(stack, lattices) for stack in setting.key_frames) > WIDE:
-        return _wide(base, lit)
+    widest = max(beyond_the_next(stack, lattices) for stack in setting.key_frames)
+    if widest > (WIDE if coloured else WIDE_PLAIN):
+        return _wide(setting, base)
     return Told(
         hints={
             "strength": a * (5.0 + 4.0 * b / a),
@@ -86,22 +95,32 @@ def filtered(setting: Setting) -> Told | None:
     )
 
 
-def _wide(base: Base, lit: Sequence[Frames]) -> Told:
-    """A window of five by five that keeps what differs by more than noise does."""
-    brightest_dn = max(float(stack.dn[0].mean()) for stack in lit)
+def _wide(setting: Setting, base: Base) -> Told:
+    """A window of five by five that keeps what differs by more than noise does: of a few the one
+    with which twins look most like the frames.
+
+    Args:
+        setting: the capture.
+        base: by moments of frames without a filter.
+    """
+    fit_half, _ = halves(setting.seen)
+    brightest_dn = max(float(stack.dn[0].mean()) for stack in setting.key_frames)
     noise_dn2 = base.gain_dn_per_e * np.maximum(brightest_dn - base.black_dn, 0.0) + base.read_dn2
-    threshold_dn = OF_NOISE * float(np.sqrt(noise_dn2.mean()))
-    return Told(
-        hints={
-            "strength": 1.0,
-            "threshold_dn": threshold_dn,
-            "diagonal": 1.0,
-            "window": 3.0,
-            "soft": 1.0,
-        },
-        exact=False,
-        base=base,
+    noise_dn = float(np.sqrt(noise_dn2.mean()))
+    alike = channels_alike(base) if "G" in base.channels else base
+    tried = (
+        (
+            alike.noisier(np.full(len(base.channels), part)),
+            SpatialDenoise(
+                strength=1.0, threshold_dn=times * noise_dn, diagonal=1.0, window=3.0, soft=soft
+            ),
+        )
+        for part, soft, times in itertools.product(OF_THE_GAIN, SOFT, OF_NOISE)
     )
+    against = [refined(begun, fit_half, setting.scenery, (one,)) for begun, one in tried]
+    likeliest = min(against, key=lambda one: one.deviance)
+    hints = {p.name: getattr(likeliest.effects[-1], p.name) for p in SpatialDenoise.parameters()}
+    return Told(hints=hints, exact=False, base=likeliest.base)
 
 
 def _alike(values: Floats) -> bool:
