@@ -86,6 +86,35 @@ def test_crosstalk_smears_an_edge_and_leaves_the_noise_white() -> None:
     must_fail(check, ndimage.convolve(frames_of(rate=rate_of(image)), kernel[None]))
 
 
+def test_crosstalk_out_of_the_depth_leaves_red_sites_and_comes_to_blue_ones() -> None:
+    """Under even grey light a red site gives 1 + d to greens that give 1, a blue one 1 - d, and a
+    green one of a red row gets the difference in its row and in its column: nothing is lost, and
+    impostors that bleach red sites alone lose it."""
+    even, share, along, deeper = 9000.0, 0.2, 0.8, 0.3
+    more = share * deeper * np.array([[-1.0, 2 * along - 1], [1 - 2 * along, 1.0]])
+    expected = even * (1 + more)
+
+    def check(frames: Array) -> None:
+        mosaic = frames[:, 2:-2, 2:-2]
+        at = [mosaic[:, y::2, x::2] for y in (0, 1) for x in (0, 1)]
+        n = at[0].size
+        flat_expected = expected.ravel()
+        assert_agree(
+            [a.mean() for a in at] + [a.var(0, ddof=1).mean() for a in at],
+            [*flat_expected, *(flat_expected + NOISE)],
+            [
+                *np.sqrt((flat_expected + NOISE) / n),
+                *variance_error(flat_expected + NOISE, n - n // 16),
+            ],
+        )
+
+    effect = Crosstalk(share=share, along_rows=along, deeper_in_red=deeper)
+    check(frames_of(effect, rate=flat(even), cfa="RGGB"))
+    bleached = frames_of(rate=flat(even), cfa="RGGB")
+    bleached[:, ::2, ::2] *= 1 - share * deeper
+    must_fail(check, bleached)
+
+
 def test_brighter_fatter_covariances_grow_with_the_square_of_the_mean() -> None:
     a_row, a_column = 4e-6, 8e-6
     means = (4000.0, 16_000.0)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sensor.charge_flow import AROUND, BESIDE, after_exchange
+from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
 from sensor.stream import Stream
@@ -15,11 +17,13 @@ from sensor.stream import Stream
 class Crosstalk(Effect):
     """Light and charge born under one photosite are collected by those around it.
 
-        mean' = mean + sum over the neighbours of a (neighbour - mean),
+        mean' = mean + sum over the neighbours of a (f_neighbour neighbour - f mean),
         a = s (1 - c) h / 2 in the row, s (1 - c) (1 - h) / 2 in the column, s c / 4 at the corners
 
     with s the share that leaves, c the part of it that goes to the corners, and h the part of the
-    rest that leaves along the rows: a photosite between vertical registers is no square.
+    rest that leaves along the rows: a photosite between vertical registers is no square. Red light
+    frees its charge deeper, from where it spreads farther: f is 1 + d under a red filter, 1 under
+    a green one and 1 - d under a blue one.
     Nothing crosses the border of the sensor, and nothing is lost.
 
     Consequence: every electron picks its photosite by itself, so the counts stay independent
@@ -59,6 +63,15 @@ class Crosstalk(Effect):
         doc="part that goes to the four at the corners",
     )
 
+    deeper_in_red: float = parameter(
+        0.0,
+        unit="1",
+        minimum=-0.9,
+        maximum=0.9,
+        doc="by what part more of it leaves under a red filter than under a green one, and less "
+        "under a blue one",
+    )
+
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         corner = self.share * self.to_corners / 4
         straight = self.share * (1 - self.to_corners)
@@ -68,4 +81,10 @@ class Crosstalk(Effect):
             part = corner if dy and dx else column if dy else row
             return part * (beside - own)
 
-        return signal.replace(after_exchange(signal, inflow, AROUND if corner else BESIDE))
+        neighbours = AROUND if corner else BESIDE
+        if not self.deeper_in_red:
+            return signal.replace(after_exchange(signal, inflow, neighbours))
+        factor = Colours(R=1 + self.deeper_in_red, G=1.0, B=1 - self.deeper_in_red)
+        free = signal.pointwise(operator.mul, factor)
+        moved = after_exchange(free, inflow, neighbours) - free.value
+        return signal.replace(signal.value + moved)

@@ -45,7 +45,8 @@ class SpatialDenoise(Effect):
     Lee's sigma filter, and with s = 1 as well the mean over all alike pixels; a small w is a round
     window, as that of a normal distribution of variance -1 / (2 ln w), and a soft one with it is
     the bilateral filter. Each colour is filtered by itself, unless the three differences add up to
-    one |d_j|; on a mosaic among pixels of the same colour. Where noise is well below T its variance
+    one |d_j|; on a mosaic among pixels of the same colour. In non-local means t_j has the mean
+    square of what the 3 x 3 pixels about both differ by for d_j^2. Where noise is well below T its variance
     falls by the sum of squares of all weights, (1 - s (W - 1) / W)^2 + 4 (1 + w^2) (s / W)^2 for
     3 x 3 pixels and W = 5 + 4w, and neighbours become correlated, while an edge higher than T stays
     as steep as it was: a linear blur that takes as much noise away softens it.
@@ -57,7 +58,8 @@ class SpatialDenoise(Effect):
     product: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "Lee, Digital image smoothing and the sigma filter, CVGIP 24, 255 (1983); Tomasi and "
-        "Manduchi, Bilateral filtering for gray and color images, ICCV (1998)"
+        "Manduchi, Bilateral filtering for gray and color images, ICCV (1998); Buades, Coll and "
+        "Morel, A non-local algorithm for image denoising, CVPR (2005)"
     )
 
     strength: float = parameter(
@@ -101,8 +103,8 @@ class SpatialDenoise(Effect):
         maximum=3.0,
         whole=True,
         starts=(0.0,),
-        doc="0 neighbours count in full below the threshold, 1 the less the more they differ, 2 "
-        "the same by the sum of what all colours differ by, 3 by their patches of 3 x 3 pixels",
+        doc="0 what is below the threshold counts in full; soft: 1 each colour by itself, 2 all "
+        "colours together, 3 by patches of 3 x 3 pixels",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
