@@ -46,10 +46,11 @@ class SpatialDenoise(Effect):
     window, as that of a normal distribution of variance -1 / (2 ln w), and a soft one with it is
     the bilateral filter. Each colour is filtered by itself, unless the three differences add up to
     one |d_j|; on a mosaic among pixels of the same colour. In non-local means t_j has the mean
-    square of what the 3 x 3 pixels about both differ by for d_j^2. Where noise is well below T its variance
-    falls by the sum of squares of all weights, (1 - s (W - 1) / W)^2 + 4 (1 + w^2) (s / W)^2 for
-    3 x 3 pixels and W = 5 + 4w, and neighbours become correlated, while an edge higher than T stays
-    as steep as it was: a linear blur that takes as much noise away softens it.
+    square of what the 3 x 3 pixels about both differ by for d_j^2.
+    Where noise is well below T its variance falls by the sum of squares of all weights,
+    (1 - s (W - 1) / W)^2 + 4 (1 + w^2) (s / W)^2 for 3 x 3 pixels and W = 5 + 4w, and neighbours
+    become correlated, while an edge higher than T stays as steep as it was: a linear blur that
+    takes as much noise away softens it.
     """
 
     name: ClassVar[str] = "spatial_denoise"
