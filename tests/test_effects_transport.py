@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 from scipy.fft import dctn
+from scipy.interpolate import interp1d
 
 from sensor.camera import Camera
 from sensor.colours import Colours
@@ -160,9 +161,13 @@ def test_colours_are_drawn_as_planes_of_whole_codes() -> None:
 
 
 @pytest.mark.parametrize("rows", [1, 2])
-def test_means_of_whole_codes_are_those_of_plain_arithmetic(rows: int) -> None:
-    """Y, U and V are rounded in each pixel, U and V from that Y, and their means again, halves up:
-    by reshaping; and not from Y as it was before it was rounded."""
+@pytest.mark.parametrize("of_rounded_luma", [True, False])
+def test_means_of_whole_codes_are_those_of_plain_arithmetic(
+    rows: int, of_rounded_luma: bool
+) -> None:
+    """Y, U and V are rounded in each pixel, and the means of U and V again, halves up: by
+    reshaping. In integers U and V are of that Y, and not of Y as it was before it was rounded; in
+    planes of whole codes it is the other way round."""
     before = np.round(noise_on(128.0, 12.0, 16, 32, 64, 3))
     luma = np.round(before @ [0.299, 0.587, 0.114])
 
@@ -171,10 +176,11 @@ def test_means_of_whole_codes_are_those_of_plain_arithmetic(rows: int) -> None:
         mean = np.floor(own.reshape(16, 32 // rows, rows, 32, 2).mean(axis=(2, 4)) + 0.5)
         return np.asarray(luma + 1.402 * mean.repeat(rows, axis=1).repeat(2, axis=2))
 
-    effect = ChromaSubsampling(mode=1, whole_codes=2, rows=rows)
+    effect = ChromaSubsampling(mode=1, whole_codes=2 if of_rounded_luma else 3, rows=rows)
     red = applied(effect, before)[..., 0]
+    of = [luma, before @ [0.299, 0.587, 0.114]]
     # one in a thousand of Y ends at a half, which floats send either way
-    apart = [np.abs(red - red_of(y)) > 0.5 + 1e-4 for y in (luma, before @ [0.299, 0.587, 0.114])]
+    apart = [np.abs(red - red_of(y)) > 0.5 + 1e-4 for y in (of if of_rounded_luma else of[::-1])]
     assert apart[0].mean() < 0.01 < 0.1 < apart[1].mean()
 
 
@@ -204,6 +210,34 @@ def test_colours_in_integers_are_those_of_opencv() -> None:
         assert (ours != theirs).mean() <= most
         once = applied(dataclasses.replace(effect, whole_codes=1), codes)
         assert (once != theirs).mean() > 0.1
+
+
+def test_colours_in_planes_are_those_of_plain_arithmetic() -> None:
+    """A program that keeps Y, U and V as planes of whole codes, means of two rows and columns, and
+    lines between their middles, which ends of rows do not have: by linear interpolation."""
+    height, width = 32, 48
+    rng = np.random.default_rng(4)
+    before = np.round(110 + np.cumsum(rng.normal(0, 4, (4, height, width, 3)), axis=2))
+    before = np.clip(before, 20, 235)
+    luma = before @ [0.299, 0.587, 0.114]
+
+    def drawn(colour: int, scale: float) -> Array:
+        own = np.round((before[..., colour] - luma) / scale)
+        small = np.floor(own.reshape(4, height // 2, 2, width // 2, 2).mean(axis=(2, 4)) + 0.5)
+        for axis, size in ((1, height), (2, width)):
+            at = (np.arange(size) - 0.5) / 2
+            small = interp1d(np.arange(size // 2), small, axis=axis, fill_value="extrapolate")(at)
+        return np.floor(small + 0.5)
+
+    v, u = drawn(0, 1.402), drawn(2, 1.772)
+    effect = ChromaSubsampling(mode=1, whole_codes=3, rows=2, drawn=2)
+    green = np.round(luma) - (0.299 * 1.402 * v + 0.114 * 1.772 * u) / 0.587
+    expected = np.stack([np.round(luma) + 1.402 * v, green, np.round(luma) + 1.772 * u], axis=-1)
+    inside = np.s_[:, 1:-1, 1:-1]
+    off = np.abs(applied(effect, before) - expected)[inside] > 0.5 + 1e-4
+    assert off.mean() < 0.01
+    fixed = np.abs(applied(dataclasses.replace(effect, whole_codes=2), before) - expected)[inside]
+    assert (fixed > 0.5 + 1e-4).mean() > 0.1
 
 
 def test_jpeg_puts_the_coefficients_of_its_blocks_on_combs() -> None:

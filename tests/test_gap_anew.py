@@ -65,7 +65,7 @@ def test_all_choices_of_an_effect_are_made_with_its_strength_as_it_is() -> None:
     told = every_choice(ChromaSubsampling(mode=1, drawn=1), {"mode": 1.0, "drawn": 1.0})
     assert {(c.mode, c.drawn) for c in told} == {(1.0, 1.0)}
     assert {(c.whole_codes, c.of_whole_codes, c.taken) for c in told} == {
-        (w, o, t) for w in (0.0, 1.0, 2.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
+        (w, o, t) for w in (0.0, 1.0, 2.0, 3.0) for o in (0.0, 1.0) for t in (0.0, 1.0, 2.0)
     }
     assert every_choice(DroppedFrames(probability=0.3)) == [DroppedFrames(probability=0.3)]
 

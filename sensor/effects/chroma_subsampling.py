@@ -27,8 +27,10 @@ class ChromaSubsampling(Effect):
 
     All in whole codes of the full range, as video modes of IIDC carry them, or in fractions of
     codes, as programs do that keep floats to the end. Libraries that count in integers round Y, U
-    and V of each pixel, then their means, of which halves go up. R, G and B are whole codes before,
-    as where a program gets pictures, or not yet, as in a camera whose converter has more bits.
+    and V of each pixel, then their means, of which halves go up; so do programs that round each
+    plane of Y, U and V, which take the differences before Y is rounded.
+    R, G and B are whole codes before, as where a program gets pictures, or not yet, as in a camera
+    whose converter has more bits.
     BT.601 has its colours at the first pixel of a group: they are taken there, by a triangle of
     weights (n - |k|)/n^2 or from that pixel alone. Who shows the picture repeats a colour over the
     group, or draws straight lines from one to the next, in fractions or as planes of whole codes.
@@ -59,11 +61,11 @@ class ChromaSubsampling(Effect):
         1.0,
         unit="1",
         minimum=0.0,
-        maximum=2.0,
+        maximum=3.0,
         whole=True,
         starts=(1.0,),
-        doc="1 carries whole codes, 2 counts in integers, with lines in fixed point, 0 carries"
-        " fractions",
+        doc="1 carries whole codes, 2 counts in integers, with lines in fixed point, 3 rounds each"
+        " plane, 0 carries fractions",
     )
     of_whole_codes: float = switch(
         1.0,
@@ -196,14 +198,16 @@ class ChromaSubsampling(Effect):
         return self._whole(value) if self.whole_codes else value
 
     def _whole(self, value: Any) -> Any:
-        """The nearest whole code; in integers, a half goes up."""
-        return dr.floor(value + 0.5) if self.whole_codes == 2 else dr.round(value)
+        """The nearest whole code; of what is kept in planes, a half goes up."""
+        return dr.floor(value + 0.5) if self.whole_codes >= 2 else dr.round(value)
 
     def _differences(self, pixel: Sequence[Any]) -> list[Any]:
         """U and V of a pixel by itself, before their mean is taken."""
         red, green, blue = pixel
-        each = dr.round if self.whole_codes == 2 else _as_it_is
-        grey = each(RED * red + GREEN * green + BLUE * blue)
+        each = dr.round if self.whole_codes >= 2 else _as_it_is
+        grey = RED * red + GREEN * green + BLUE * blue
+        if self.whole_codes == 2:
+            grey = each(grey)
         return [each((blue - grey) / (2 * (1 - BLUE))), each((red - grey) / (2 * (1 - RED)))]
 
     def _carried(self, mean: Sequence[Any], signal: Signal) -> list[Any]:
