@@ -15,6 +15,7 @@ from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
 from analysis.gap.verdict.later import LEADS, LEAST_WHERE_LITTLE, LITTLE_IS_LEFT
 from analysis.gap.verdict.remainder import RIGHT_TO
+from analysis.gap.verdict.strength import OF_A_SEARCH
 from analysis.gap.verdict.trust import OF_ONE_THAT_STANDS_OUT
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
@@ -68,6 +69,7 @@ FIGURES = {
     "LEAST_SHRINK": f"{100 * LEAST_SHRINK:g} %",
     "LITTLE_IS_LEFT": f"{LITTLE_IS_LEFT:g}",
     "OF_ONE_THAT_STANDS_OUT": f"{OF_ONE_THAT_STANDS_OUT:g}",
+    "OF_A_SEARCH": f"{OF_A_SEARCH:g}",
 }
 
 
@@ -80,7 +82,8 @@ def write_gap_page() -> None:
 
 def gap_page(runs: Sequence[dict[str, Any]]) -> str:
     """The page with these runs of the bench: the table of the newest of the usual size that has
-    many cases of several kinds, that of all of it together, then those of captures of other sizes.
+    many cases of several kinds, that of all of it together, then those of captures of other sizes;
+    and what the newest run of the usual size can tell.
     """
     text = (HERE / "gap_text.md").read_text(encoding="utf-8")
     runs = sorted(runs, key=lambda run: (run["date"], run["seed"]))
@@ -93,7 +96,7 @@ def gap_page(runs: Sequence[dict[str, Any]]) -> str:
     parts = FIGURES | {
         "measured": measured(newest),
         "together": together(usual) + "".join(more),
-        "limits": limits(newest),
+        "limits": limits(next(reversed(usual), None)),
     }
     for name, words in parts.items():
         text = text.replace(f"<!-- {name} -->", words)

@@ -14,6 +14,7 @@ from analysis.gap.camera.handles import Handle, free_parameters
 from analysis.gap.measure.distance import Distance
 from analysis.gap.report import Figure
 from analysis.gap.verdict import strength as strength_of
+from analysis.gap.verdict.strength import OF_A_SEARCH
 from sensor.catalogue import catalogue
 from sensor.effect import Effect
 from sensor.effects.blooming import Blooming
@@ -93,7 +94,7 @@ def test_a_step_that_is_not_made_says_nothing_of_a_threshold() -> None:
     """It is known to a quarter then."""
     figure = fitted(Blooming(full_well_e=17_000.0), "full_well_e", -8500.0, 500.0)
     assert figure.value == 17_000.0
-    assert figure.se == pytest.approx(np.hypot(500.0, 17_000.0 / 4))
+    assert figure.se == pytest.approx(OF_A_SEARCH * np.hypot(500.0, 17_000.0 / 4))
 
 
 @pytest.mark.parametrize(
@@ -113,7 +114,7 @@ def test_what_frames_tell_is_not_moved(
     no error is less than the fit's."""
     figure = fitted(LampDisplacement(right_cm=10.0), "right_cm", 1.0, 0.5, told)
     assert figure.value == pytest.approx(value)
-    assert figure.se == pytest.approx(error)
+    assert figure.se == pytest.approx(OF_A_SEARCH * error)
 
 
 def test_where_the_lamp_stood_is_stated_and_not_looked_for() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from analysis.gap.calibrate.fit import Fit
@@ -19,10 +21,30 @@ FURTHEST = 0.25
 is known: what grows by no power of it lies along no direction so far away."""
 
 
+OF_A_SEARCH = 1.2
+"""Times the errors of a fit that those of a search are. Where it began, which light and which
+directions it chose on its way is chance as well, and no part of a fit's: of 148 strengths of the
+bench (seeds 36 to 45) 84 % were within 1.645 of these, and 89 % within as much of those."""
+
+
 def figure_of(
     effect: Effect, p: Parameter, model: Fit, after: Measured, found: Candidate
 ) -> Figure:
     """A parameter after the last step of the fit, with a standard error where it was fitted.
+
+    Args:
+        effect, p: the effect and its parameter.
+        model, after: the camera with it, and the capture against that.
+        found: the suspect that was added.
+    """
+    fitted = _by_the_fit(effect, p, model, after, found)
+    return fitted if fitted.se is None else replace(fitted, se=OF_A_SEARCH * fitted.se)
+
+
+def _by_the_fit(
+    effect: Effect, p: Parameter, model: Fit, after: Measured, found: Candidate
+) -> Figure:
+    """The same with the error of the fit.
 
     What frames tell by themselves is as it was told: a step of a fit by twins would make it worse.
     Of what is fitted no step is known better than it is long: steps that do not become shorter are
