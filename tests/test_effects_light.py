@@ -7,9 +7,11 @@ a random gain, a Gaussian blur of equal spread.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
+import pytest
 
 from sensor.effect import Effect
 from sensor.effects.ambient_light import AmbientLight
@@ -272,10 +274,15 @@ def test_another_colour_temperature_tilts_red_against_blue_and_stays_light() -> 
     assert not obeys(law(GainAfterShotNoise(gain=lamp.gains)))
 
 
-def test_highlight_adds_one_lobe_of_light_whatever_lies_below() -> None:
+@pytest.mark.parametrize("longer", [1.0, 2.25])
+def test_highlight_adds_one_lobe_of_light_whatever_lies_below(longer: float) -> None:
+    """Upright where it is longer than wide: its second moments are sigma^2 l down and sigma^2 / l
+    across."""
     scene = np.where(X < 0, 500.0, 4000.0)
     sigma, strength = 6.0, 0.4
-    gloss = SpecularGlare(strength=strength, across=0.5, below=0.5, sigma_px=sigma)
+    gloss = SpecularGlare(
+        strength=strength, across=0.5, below=0.5, sigma_px=sigma, longer=longer, slant_deg=90.0
+    )
     total = 2 * math.pi * sigma**2 * strength * scene.mean()
 
     def law(*effects: Effect) -> Law:
@@ -283,9 +290,11 @@ def test_highlight_adds_one_lobe_of_light_whatever_lies_below() -> None:
         weights = np.stack([X < 0, X > 0, X**2, Y**2]).astype(float)
         values = (weights * (mean - scene)).sum((1, 2))
         errors = np.sqrt((np.square(weights) * np.square(error)).sum((1, 2)))
-        return values, total * np.array([0.5, 0.5, sigma**2, sigma**2]), errors
+        expected = np.array([0.5, 0.5, sigma**2 / longer, sigma**2 * longer])
+        return values, total * expected, errors
 
     assert obeys(law(gloss))
+    assert obeys(law(dataclasses.replace(gloss, slant_deg=30.0))) is (longer == 1.0)
     assert not obeys(law(Offset(level_e=total / scene.size)))
     lobe = strength * scene.mean() * np.exp(-(X**2 + Y**2) / (2 * sigma**2))
     assert not obeys(law(noise_of(float(lobe.var()))))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -22,6 +23,8 @@ class SpecularGlare(Effect):
 
         rate' = rate + strength mean(rate) exp(-rho^2 / (2 sigma^2)),  rho from the patch's centre.
 
+    A lamp that is longer than wide, or a chart that is seen from the side, makes it an ellipse with
+    sigma sqrt(l) along and sigma / sqrt(l) across its longer axis.
     The light added is 2 pi sigma^2 strength mean(rate), whatever lies below it: black panels gain
     as much as white ones, and the patch keeps its place and shape in every frame and level. An even
     veil of the same light has no patch, independent noise adds none.
@@ -49,13 +52,36 @@ class SpecularGlare(Effect):
     sigma_px: float = parameter(
         30.0, unit="px", minimum=2.0, maximum=200.0, doc="standard deviation of the lobe"
     )
+    longer: float = parameter(
+        1.0,
+        unit="1",
+        minimum=1.0,
+        maximum=8.0,
+        stated=True,
+        doc="length of the patch over its width",
+    )
+    slant_deg: float = parameter(
+        0.0,
+        unit="deg",
+        minimum=-90.0,
+        maximum=90.0,
+        stated=True,
+        doc="from a row, downwards, to the longer axis",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         height, width = signal.shape[1:3]
         down, right = from_centre_px(signal)
-        figures = ((self.below - 0.5) * height, (self.across - 0.5) * width, 1.0 / self.sigma_px)
-        y, x, scale = (constant(signal, figure) for figure in figures)
-        y, x = (down - y) * scale, (right - x) * scale
-        lobe = dr.exp(-0.5 * y * y) * dr.exp(-0.5 * x * x)
+        slant, stretch = math.radians(self.slant_deg), math.sqrt(self.longer)
+        along, across = 1.0 / (self.sigma_px * stretch), stretch / self.sigma_px
+        y = down - constant(signal, (self.below - 0.5) * height)
+        x = right - constant(signal, (self.across - 0.5) * width)
+        lobe = 1.0
+        for by_x, by_y in (
+            (math.cos(slant) * along, math.sin(slant) * along),
+            (-math.sin(slant) * across, math.cos(slant) * across),
+        ):
+            off = x * constant(signal, by_x) + y * constant(signal, by_y)
+            lobe = lobe * dr.exp(-0.5 * off * off)
         peak = constant(signal, self.strength) * scene_mean(signal)
         return signal.replace(signal.value + peak * lobe)

@@ -7,16 +7,18 @@ standard errors v = w p, and with the projection Q of what calibration takes up
 
     gain(p) = (p . w'r)^2 / (p^2 . |w|^2 - |p' w'Q|^2),
 
-so that sums over shots and channels are made once for all places.
+so that sums over shots and channels are made once for all places. From the best of them steps lead
+to an ellipse, where that is more than chance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import fmin
 
 from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of, lamp_dn
@@ -41,18 +43,32 @@ chance, which is 11 of some 300 that have little in common. Of 300 draws of nois
 than 13, a hundredth more than 19, and none 24."""
 
 
+LEAST_FOR_A_SHAPE = 18.4
+"""What an ellipse must take off chi-squared beyond the best circle: two figures more do so once in
+10,000 times."""
+
+MOST_STRETCHED = 8.0
+
+STEPS = 300
+"""Of a search for a shape, at most."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Lobe:
     """A patch with the profile of a normal distribution.
 
     Attributes:
         x_px, y_px: its middle, from the upper left corner of the image.
-        sigma_px: its standard deviation.
+        sigma_px: its standard deviation, of an ellipse the geometric mean of both.
+        longer: length over width.
+        slant_deg: from a row, downwards, to its longer axis.
     """
 
     x_px: float
     y_px: float
     sigma_px: float
+    longer: float = 1.0
+    slant_deg: float = 0.0
 
 
 def lobe_of(case: Case) -> Lobe | None:
@@ -60,22 +76,72 @@ def lobe_of(case: Case) -> Lobe | None:
 
     None where the best of all places is no better than chance makes it.
     """
+    gain_of = _gains(case)
+    lobes = _lobes(case.known.scenery)
+    gains = gain_of(lobes)
+    best = int(np.argmax(gains))
+    if gains[best] <= LEAST_GAIN:
+        return None
+    circle, ellipse = (_moved(lobes[best], gain_of, oblong) for oblong in (False, True))
+    of_circle, of_ellipse = gain_of([circle, ellipse])
+    return ellipse if of_ellipse > of_circle + LEAST_FOR_A_SHAPE else lobes[best]
+
+
+def _gains(case: Case) -> Callable[[Sequence[Lobe]], Floats]:
+    """By how much each patch of some would take chi-squared down."""
     turned, scenery = case.fitting.turned, case.known.scenery
     shots, channels, blocks = turned.space.shape
-    lobes = _lobes(scenery)
-    profiles = _on_blocks(lobes, scenery, case.known.base.channels)
     flat = turned.space.blocks(np.repeat(_amplitudes(case)[..., None], blocks, axis=-1))
     of_image = slice(len(turned.space.keys), len(turned.space.keys) + flat.size)
     w = flat.reshape(shots * channels, blocks)
     left = case.fit_left[of_image].reshape(w.shape)
     q = turned.q[of_image].reshape(*w.shape, -1)
-    along = profiles @ np.einsum("kb,kb->b", w, left)
-    taken_up = profiles @ np.einsum("kb,kbn->bn", w, q)
-    whole = np.square(profiles) @ np.einsum("kb,kb->b", w, w)
-    norm = np.maximum(whole - np.square(taken_up).sum(axis=1), LEAST_LEFT * whole)
-    gain = np.square(np.maximum(along, 0.0)) / np.maximum(norm, 1e-300)
-    best = int(np.argmax(gain))
-    return lobes[best] if gain[best] > LEAST_GAIN else None
+    of_left, of_itself = np.einsum("kb,kb->b", w, left), np.einsum("kb,kb->b", w, w)
+    taken_up = np.einsum("kb,kbn->bn", w, q)
+    place = _places(scenery, case.known.base.channels)
+
+    def gain_of(lobes: Sequence[Lobe]) -> Floats:
+        profiles = _on_blocks(lobes, place, _block_px(scenery))
+        along = profiles @ of_left
+        whole = np.square(profiles) @ of_itself
+        norm = np.maximum(whole - np.square(profiles @ taken_up).sum(axis=1), LEAST_LEFT * whole)
+        return np.asarray(np.square(np.maximum(along, 0.0)) / np.maximum(norm, 1e-300))
+
+    return gain_of
+
+
+def _moved(begun: Lobe, gain_of: Callable[[Sequence[Lobe]], Floats], oblong: bool) -> Lobe:
+    """The patch to which small steps lead: its middle, its size and, if it is oblong, its shape.
+
+    A shape is ln l (cos 2a, sin 2a) for a length l and a slant a, which has no pole at a circle.
+    """
+
+    def lobe(figures: Floats) -> Lobe:
+        x, y, size, *shape = figures
+        one, other = shape or (0.0, 0.0)
+        longer = min(float(np.exp(np.hypot(one, other))), MOST_STRETCHED)
+        return Lobe(
+            x_px=begun.x_px + begun.sigma_px * float(x),
+            y_px=begun.y_px + begun.sigma_px * float(y),
+            sigma_px=begun.sigma_px * float(np.exp(size)),
+            longer=longer,
+            slant_deg=float(np.degrees(np.arctan2(other, one)) / 2),
+        )
+
+    count = 5 if oblong else 3
+    simplex = np.vstack([np.zeros(count), 0.4 * np.eye(count)])
+
+    def less(figures: Floats) -> float:
+        return -float(gain_of([lobe(figures)])[0])
+
+    found = fmin(
+        less,
+        np.zeros(count),
+        initial_simplex=simplex,
+        maxiter=STEPS,
+        disp=False,
+    )
+    return lobe(found)
 
 
 def _lobes(scenery: Scenery) -> list[Lobe]:
@@ -93,21 +159,29 @@ def _block_px(scenery: Scenery) -> int:
     return scenery.view.side * scenery.view.lattices[0].step
 
 
-def _on_blocks(lobes: Sequence[Lobe], scenery: Scenery, channels: tuple[str, ...]) -> Floats:
-    """Each lobe as the blocks see it, up to a factor, (lobes, blocks).
-
-    The mean of a normal profile over a block of side d is all but normal, with the variance
-    sigma^2 + d^2 / 12.
-    """
+def _places(scenery: Scenery, channels: tuple[str, ...]) -> tuple[Floats, Floats]:
+    """Rows and columns of the middles of blocks in px."""
     place = np.indices((scenery.body.height, scenery.body.width), dtype=np.float32) + 0.5
     y, x = (
         blocks_of(np.repeat(one[..., None], 3, axis=-1), scenery.view, channels).mean(axis=0)
         for one in place
     )
-    middles = np.array([(lobe.y_px, lobe.x_px) for lobe in lobes])
-    variances = np.square([lobe.sigma_px for lobe in lobes]) + _block_px(scenery) ** 2 / 12
-    off = np.square(y - middles[:, :1]) + np.square(x - middles[:, 1:])
-    return np.asarray(np.exp(-0.5 * off / variances[:, None]))
+    return y, x
+
+
+def _on_blocks(lobes: Sequence[Lobe], place: tuple[Floats, Floats], block_px: int) -> Floats:
+    """Each lobe as the blocks see it, up to a factor, (lobes, blocks).
+
+    The mean of a normal profile over a block of side d is all but normal, with the variance
+    sigma^2 + d^2 / 12.
+    """
+    figures = [(o.y_px, o.x_px, o.sigma_px**2, o.longer, np.radians(o.slant_deg)) for o in lobes]
+    y_px, x_px, sigma2, longer, slant = np.array(figures).T[:, :, None]
+    y, x = place[0] - y_px, place[1] - x_px
+    of_block = block_px**2 / 12
+    along = np.square(x * np.cos(slant) + y * np.sin(slant)) / (sigma2 * longer + of_block)
+    across = np.square(y * np.cos(slant) - x * np.sin(slant)) / (sigma2 / longer + of_block)
+    return np.asarray(np.exp(-0.5 * (along + across)))
 
 
 def _amplitudes(case: Case) -> Floats:

@@ -149,4 +149,5 @@ def hints_of(case: Case) -> dict[str, Hints]:
     if lobe is None:
         return {}
     place = {"across": lobe.x_px / body.width, "below": lobe.y_px / body.height}
-    return {SpecularGlare.name: {**place, "sigma_px": lobe.sigma_px}}
+    shape = {"sigma_px": lobe.sigma_px, "longer": lobe.longer, "slant_deg": lobe.slant_deg}
+    return {SpecularGlare.name: place | shape}
