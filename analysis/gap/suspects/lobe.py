@@ -49,8 +49,12 @@ LEAST_FOR_A_SHAPE = 18.4
 
 MOST_STRETCHED = 8.0
 
+SHAPES = ((0.9, 0.0), (0.0, 0.9), (-0.9, 0.0), (0.0, -0.9))
+"""Where a search for a shape begins: two and a half times as long as wide, along rows, columns and
+both diagonals; see `_moved`."""
+
 STEPS = 300
-"""Of a search for a shape, at most."""
+"""Of such a search, at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,9 +86,13 @@ def lobe_of(case: Case) -> Lobe | None:
     best = int(np.argmax(gains))
     if gains[best] <= LEAST_GAIN:
         return None
-    circle, ellipse = (_moved(lobes[best], gain_of, oblong) for oblong in (False, True))
-    of_circle, of_ellipse = gain_of([circle, ellipse])
-    return ellipse if of_ellipse > of_circle + LEAST_FOR_A_SHAPE else lobes[best]
+    circle = _moved(lobes[best], gain_of)
+    # a circle may lie across one end of an ellipse, from where no step leads along it
+    ellipses = [_moved(lobes[best], gain_of, shape) for shape in SHAPES]
+    of_circle, *of_ellipses = gain_of([circle, *ellipses])
+    likeliest = int(np.argmax(of_ellipses))
+    needed = of_ellipses[likeliest] > of_circle + LEAST_FOR_A_SHAPE
+    return ellipses[likeliest] if needed else lobes[best]
 
 
 def _gains(case: Case) -> Callable[[Sequence[Lobe]], Floats]:
@@ -110,15 +118,20 @@ def _gains(case: Case) -> Callable[[Sequence[Lobe]], Floats]:
     return gain_of
 
 
-def _moved(begun: Lobe, gain_of: Callable[[Sequence[Lobe]], Floats], oblong: bool) -> Lobe:
-    """The patch to which small steps lead: its middle, its size and, if it is oblong, its shape.
+def _moved(
+    begun: Lobe,
+    gain_of: Callable[[Sequence[Lobe]], Floats],
+    shape: tuple[float, float] | tuple[()] = (),
+) -> Lobe:
+    """The patch to which small steps lead: its middle, its size and, if it begins with one, its
+    shape.
 
     A shape is ln l (cos 2a, sin 2a) for a length l and a slant a, which has no pole at a circle.
     """
 
     def lobe(figures: Floats) -> Lobe:
-        x, y, size, *shape = figures
-        one, other = shape or (0.0, 0.0)
+        x, y, size, *of_shape = figures
+        one, other = of_shape or (0.0, 0.0)
         longer = min(float(np.exp(np.hypot(one, other))), MOST_STRETCHED)
         return Lobe(
             x_px=begun.x_px + begun.sigma_px * float(x),
@@ -128,15 +141,15 @@ def _moved(begun: Lobe, gain_of: Callable[[Sequence[Lobe]], Floats], oblong: boo
             slant_deg=float(np.degrees(np.arctan2(other, one)) / 2),
         )
 
-    count = 5 if oblong else 3
-    simplex = np.vstack([np.zeros(count), 0.4 * np.eye(count)])
+    start = np.array([0.0, 0.0, 0.0, *shape])
+    simplex = start + np.vstack([np.zeros(len(start)), 0.4 * np.eye(len(start))])
 
     def less(figures: Floats) -> float:
         return -float(gain_of([lobe(figures)])[0])
 
     found = fmin(
         less,
-        np.zeros(count),
+        start,
         initial_simplex=simplex,
         maxiter=STEPS,
         disp=False,
