@@ -28,6 +28,7 @@ def after_exchange(
     signal: Signal,
     inflow: Callable[[Any, Any, int, int], Any],
     neighbours: Sequence[tuple[int, int]] = BESIDE,
+    free: Signal | None = None,
 ) -> Any:
     """The charge of every pixel after an exchange with its neighbours, as a tensor.
 
@@ -36,10 +37,11 @@ def after_exchange(
         inflow: charge that a pixel gets from a neighbour, from (own charge, neighbour's charge,
             dy, dx); antisymmetric in the charges, so that nothing is made or lost.
         neighbours: where they are, each with the one on the other side.
+        free: the part of the charge that is exchanged, where that is not all of it.
     """
-    near = Neighbours(signal)
+    near = Neighbours(free or signal)
     own = near.flat
-    total = own
+    total = signal.value.array if free else own
     for dy, dx in neighbours:
         gained = inflow(own, near.flat_at(dy, dx), dy, dx)
         total = total + dr.select(exists(near, dy, dx), gained, 0.0)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from typing import Any
 
 import pytest
 from scipy import stats
 
-from analysis.gap_bench.answers import BANDS, confusion
-from analysis.gap_bench.count import Line, lines
+from analysis.gap.verdict.strength import OF_A_SEARCH
+from analysis.gap_bench.answers import BANDS, confusion, equivalent, right
+from analysis.gap_bench.count import NOMINAL_90, Line, lines, strengths_off
 from analysis.gap_bench.page import cells, confusions, limits_table, table
+from analysis.gap_bench.published import published
 from analysis.gap_bench.share import Share
-from docs.gap_page import gap_page
+from docs.gap_page import USUAL_SIZE, gap_page, known
 from tests.bench_limits import LIMITS, limit
 
 
@@ -45,6 +48,19 @@ def named(name: str, *alike: str, probability: float = 0.9) -> dict[str, Any]:
 def line(found: list[Line], what: str) -> Line:
     (one,) = [entry for entry in found if entry.what == what]
     return one
+
+
+def test_errors_of_a_search_are_as_much_larger_as_published_strengths_ask() -> None:
+    """They were reported with the errors of fits up to seed 45."""
+    off = []
+    for seed in range(36, 46):
+        run = json.loads(published(USUAL_SIZE, seed).read_text(encoding="utf-8"))
+        rows = [one for one in run["rows"] if "skipped" not in one and one["kind"] == "effect"]
+        kept = [one for one in rows if right(one) and not equivalent(one, known(run))]
+        off += [one.in_errors for one in strengths_off(kept)]
+    held = [sum(z <= times * NOMINAL_90 for z in off) for times in (1.0, OF_A_SEARCH)]
+    assert (len(off), held) == (93, [79, 84])
+    assert abs(held[1] / len(off) - 0.9) < abs(held[0] / len(off) - 0.9)
 
 
 def test_wilson_interval_has_its_closed_form() -> None:

@@ -31,14 +31,14 @@ def test_the_strength_of_what_jumps_alone_is_looked_for_by_the_way_of_counting(
     likelier = ColorMatrix(saturation=1.03)
 
     def counted(found: Any, *_: Any, **__: Any) -> Any:
-        return found.base if counts == found.base else counts
+        return found if counts == found.base else model(counts, effect)
 
-    def refine(base: str, seen: Any, scenery: Any, effects: Any, **how: Any) -> Any:
+    def further(begun: Any, seen: Any, scenery: Any, **how: Any) -> Any:
         assert how["tuned"] == effect.name
-        return model(base, effects[-1])
+        return model(begun.base, begun.effects[-1])
 
     monkeypatch.setattr(recount, "counted", counted)
-    monkeypatch.setattr(recount, "refine", refine)
+    monkeypatch.setattr(recount, "further", further)
     monkeypatch.setattr(recount, "in_finer_codes", lambda found, *_: found)
     monkeypatch.setattr(recount, "another_valley", lambda one, *_: model(one.base, likelier))
     found = recount.recounted(now, NOTHING, NOTHING)

@@ -20,7 +20,7 @@ from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.hidden import with_even_spread
-from analysis.gap.calibrate.refine import FAR, Refined, as_shown, refine
+from analysis.gap.calibrate.refine import FAR, Refined, as_shown, further, refine
 from analysis.gap.camera.base import camera_of
 from analysis.gap.look.arithmetic import FINER, OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
@@ -70,8 +70,8 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     # codes alone leave open whether means of what is multiplied afterwards are whole
     open_yet = counting.gains and counting.arithmetic in (OF_WHOLE_SAMPLES, *FINER)
     other = counted(best, fit_half, scenery, enough=0.0 if open_yet else FAR)
-    if other is not best.base:
-        best = refine(other, fit_half, scenery, effects)
+    if other is not best:
+        best = further(other, fit_half, scenery)
     if scenery.light.known:
         scenery = as_shown(best, scenery)
         best = refine(best.base, fit_half, scenery, effects)

@@ -146,9 +146,26 @@ def lines(rows: Sequence[Row], limits: Mapping[str, Limit]) -> list[Line]:
     return made
 
 
-def _severity(rows: Sequence[Row]) -> list[Line]:
-    errors: list[float] = []
-    covered: list[bool] = []
+@dataclass(frozen=True, kw_only=True)
+class Off:
+    """How far a strength is off.
+
+    Attributes:
+        relative: part of the true strength.
+        in_errors: the same in standard errors.
+    """
+
+    relative: float
+    in_errors: float
+
+
+def strengths_off(rows: Sequence[Row]) -> list[Off]:
+    """How far strengths of effects that are named and no calibration's own are off.
+
+    Args:
+        rows: cases of single effects; others are left out.
+    """
+    found = []
     for row in rows:
         answer, truth = row["named"][0], row["parameters"]
         name = answer["name"]
@@ -158,11 +175,17 @@ def _severity(rows: Sequence[Row]) -> list[Line]:
             off = p.identity or 0.0
             if value is None or true is None or not se or true == off:
                 continue
-            errors.append(abs((value - true) / (true - off)))
-            covered.append(abs(value - true) <= NOMINAL_90 * se)
-    inside = Share(hits=sum(covered), cases=len(covered))
+            found.append(
+                Off(relative=abs((value - true) / (true - off)), in_errors=abs(value - true) / se)
+            )
+    return found
+
+
+def _severity(rows: Sequence[Row]) -> list[Line]:
+    found = strengths_off(rows)
+    inside = share(found, lambda one: one.in_errors <= NOMINAL_90)
     share_inside = inside.value
-    middle = (float(np.median(errors)), len(errors)) if errors else None
+    middle = (float(np.median([one.relative for one in found])), len(found)) if found else None
     return [
         Line(
             what="severity: median error",

@@ -81,10 +81,7 @@ class Crosstalk(Effect):
             part = corner if dy and dx else column if dy else row
             return part * (beside - own)
 
+        d = self.deeper_in_red
+        free = signal.pointwise(operator.mul, Colours(R=1 + d, G=1.0, B=1 - d)) if d else None
         neighbours = AROUND if corner else BESIDE
-        if not self.deeper_in_red:
-            return signal.replace(after_exchange(signal, inflow, neighbours))
-        factor = Colours(R=1 + self.deeper_in_red, G=1.0, B=1 - self.deeper_in_red)
-        free = signal.pointwise(operator.mul, factor)
-        moved = after_exchange(free, inflow, neighbours) - free.value
-        return signal.replace(signal.value + moved)
+        return signal.replace(after_exchange(signal, inflow, neighbours, free))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -115,7 +116,8 @@ class SpatialDenoise(Effect):
         if not signal.coloured:
             near = Neighbours(signal)
             step = 2 if len(set(signal.format.cfa)) > 1 else 1
-            (smoothed,) = smooth(lambda dy, dx: [near.flat_at(dy * step, dx * step)])
+            at_place = functools.cache(lambda dy, dx: [near.flat_at(dy * step, dx * step)])
+            (smoothed,) = smooth(at_place)
             return signal.replace(type(signal.value)(smoothed, signal.shape))
         rows = signal.interpolated.rows(reach) if signal.interpolated else _rows(signal, reach)
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from analysis.gap.calibrate.refine import FAR, Refined, refine, refined
+from analysis.gap.calibrate.refine import FAR, Refined, further, refined
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import (
@@ -37,8 +37,8 @@ EVENER = 0.5
 """Part of the unevenness that finer codes leave where they are its cause."""
 
 
-def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float = FAR) -> Base:
-    """The base with the arithmetic of its demosaicer that fits best; the same where it fits.
+def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float = FAR) -> Refined:
+    """The camera with the arithmetic of its demosaicer that fits best; the same where it fits.
 
     Processing behind a demosaicer that counts in whole numbers hides from `arithmetic_of` that it
     does.
@@ -50,13 +50,13 @@ def counted(found: Refined, seen: Observation, scenery: Scenery, enough: float =
         enough: misfit from which others are tried.
     """
     if found.misfit < enough:
-        return found.base
+        return found
     others = (
         refined(by_rule(found.base, rule), seen, scenery, found.effects)
         for rule in scenery.rules
         if rule != found.base.arithmetic
     )
-    return min([found, *others], key=lambda one: one.chi2).base
+    return min([found, *others], key=lambda one: one.chi2)
 
 
 def by_rule(base: Base, rule: int) -> Base:
@@ -91,7 +91,7 @@ def with_likelier_gains(
         return found
     alike = [refined(balanced(found.base, one), seen, scenery, found.effects) for one in gains]
     best = min(alike, key=lambda one: one.chi2)
-    return found if best is alike[0] else refine(best.base, seen, scenery, found.effects)
+    return found if best is alike[0] else further(best, seen, scenery)
 
 
 def without_gains(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
@@ -106,7 +106,7 @@ def without_gains(found: Refined, seen: Observation, scenery: Scenery) -> Refine
     if found.base.white_balance is None or found.base.arithmetic in FINER:
         return found
     plain = refined(found.base.plain(), seen, scenery, found.effects)
-    return found if plain.chi2 > found.chi2 else refine(plain.base, seen, scenery, found.effects)
+    return found if plain.chi2 > found.chi2 else further(plain, seen, scenery)
 
 
 def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refined:
@@ -131,7 +131,7 @@ def in_finer_codes(found: Refined, seen: Observation, scenery: Scenery) -> Refin
         for one in sorted(against, key=unevenness)[:LIKELIEST]
         if not by_darks or uneven_in_the_dark(one) < UNEVEN
     ]
-    tried = [refine(one.base, seen, scenery, found.effects) for one in likely]
+    tried = [further(one, seen, scenery) for one in likely]
     best = min([found, *likely, *tried], key=unevenness)
     halved = unevenness(best) < EVENER * unevenness(found)
     return best if halved and best.deviance < found.deviance else found

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.calibrate.darks import Darks
-from analysis.gap.calibrate.refine import WORTH_A_STEP, Refined, refine, refined
+from analysis.gap.calibrate.refine import WORTH_A_STEP, Refined, further, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
@@ -44,17 +44,15 @@ def with_even_spread(
     """
     if not dark.quiet or len({shot.exposure_s for shot in scenery.shots if shot.dark}) < 2:
         return found
+    spread, uneven = found.base.dark_spread2 > 0, found.base.dark_uneven > 0
+    if spread and not uneven:
+        return found
     even = dataclasses.replace(found.base, dark_uneven=0.0)
-    if not even.dark_spread2:
-        even = part_of_the_offsets(even, scenery)
-    if not found.base.dark_uneven:
-        # nothing was taken for skewness
-        if found.base.dark_spread2:
-            return found
-        start = refined(even, seen, scenery, effects)
-        if start.deviance > found.deviance + WORTH_A_STEP:
-            return found
-    again = refine(even, seen, scenery, effects)
+    begun = refined(even if spread else part_of_the_offsets(even, scenery), seen, scenery, effects)
+    # where nothing was taken for skewness there is a spread if a little of one promises it
+    if not uneven and begun.deviance > found.deviance + WORTH_A_STEP:
+        return found
+    again = further(begun, seen, scenery)
     return again if again.deviance < found.deviance - WORTH_A_STEP else found
 
 

@@ -173,6 +173,26 @@ def refine(
         steps: iterations at most.
         tuned: name of the effect whose parameters are fitted along.
     """
+    return further(refined(start, seen, scenery, effects), seen, scenery, steps=steps, tuned=tuned)
+
+
+def further(
+    begun: Refined,
+    seen: Observation,
+    scenery: Scenery,
+    *,
+    steps: int = MOST_STEPS,
+    tuned: str = "",
+) -> Refined:
+    """The same from a camera that is held against the frames already.
+
+    Args:
+        begun: the camera, with its effects.
+        seen: the frames that fit.
+        scenery: their light and shots, as they were for it.
+        steps: iterations at most.
+        tuned: name of the effect whose parameters are fitted along.
+    """
 
     def part_of_a_step(point: Refined, part: float) -> Refined:
         amounts = part * calibration(point.space, ways).amounts(point.gap)
@@ -190,7 +210,7 @@ def refine(
         tried = (part_of_a_step(point, part) for part in parts)
         return next((one for one in tried if better(one, point)), None)
 
-    best = read_at = refined(start, seen, scenery, effects)
+    best = read_at = begun
     ways = _directions(best, scenery)
     slow = 0
     for _ in range(steps):

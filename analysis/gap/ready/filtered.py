@@ -16,6 +16,7 @@ colour by colour, have C = c, q = a, p = b.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -119,7 +120,7 @@ def _wide(setting: Setting, base: Base) -> Told:
     )
     against = [refined(begun, fit_half, setting.scenery, (one,)) for begun, one in tried]
     likeliest = min(against, key=lambda one: one.deviance)
-    hints = {p.name: getattr(likeliest.effects[-1], p.name) for p in SpatialDenoise.parameters()}
+    hints = dataclasses.asdict(likeliest.effects[-1])
     return Told(hints=hints, exact=False, base=likeliest.base)
 
 

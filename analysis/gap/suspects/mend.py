@@ -81,7 +81,7 @@ def _recounted(found: Tried, search: Search) -> Tried:
     """As the demosaicer seems to count with the suspect as strong as it is now, and in whole
     numbers, which what is done to them hides.
     """
-    base = counted(found[1], search.seen, search.scenery, enough=MISFIT)
+    base = counted(found[1], search.seen, search.scenery, enough=MISFIT).base
     if base is not found[1].base:
         found = likelier(found, search.calibrated(base, found[1].effects[-1]))
     for rule in RULES:

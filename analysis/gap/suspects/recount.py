@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from analysis.gap.calibrate.counting import counted, in_finer_codes
-from analysis.gap.calibrate.refine import Refined, refine
+from analysis.gap.calibrate.refine import Refined, further
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
 from analysis.gap.suspects.anew import ANEW_STEPS
@@ -21,11 +21,11 @@ def recounted(now: Refined, seen: Observation, scenery: Scenery) -> Refined:
         scenery: their light and shots.
     """
     last = now.effects[-1]
-    base = counted(now, seen, scenery, enough=0.0)
-    if base is now.base:
+    other = counted(now, seen, scenery, enough=0.0)
+    if other is now:
         again = in_finer_codes(now, seen, scenery)
     else:
-        again = refine(base, seen, scenery, now.effects, steps=ANEW_STEPS, tuned=last.name)
+        again = further(other, seen, scenery, steps=ANEW_STEPS, tuned=last.name)
     # what is done to whole codes is fitted where it was found, by another way of counting; and of
     # what sets in above a threshold a step that is too long leaves nothing to step back by
     sets_in = any(p.inverse for p in last.parameters())
@@ -33,4 +33,4 @@ def recounted(now: Refined, seen: Observation, scenery: Scenery) -> Refined:
     valley = another_valley(again, seen, scenery) if jumps else None
     if valley is None:
         return again
-    return refine(valley.base, seen, scenery, valley.effects, steps=ANEW_STEPS, tuned=last.name)
+    return further(valley, seen, scenery, steps=ANEW_STEPS, tuned=last.name)

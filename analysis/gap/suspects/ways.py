@@ -195,7 +195,7 @@ class Ways:
         return self._counted(self._against(base, other))
 
     def _counted(self, begun: Refined) -> Base:
-        return counted(begun, self.case.fit_seen, self.scenery)
+        return counted(begun, self.case.fit_seen, self.scenery).base
 
     def _rules(self, first: int) -> list[int]:
         """Rules by which the camera may count, beginning with one."""
