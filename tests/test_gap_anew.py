@@ -115,7 +115,7 @@ def test_where_frames_tell_a_camera_the_light_is_not_that_of_another_one(
     monkeypatch.setattr(anew, "refine", refine)
     monkeypatch.setattr(anew, "refined", refined)
     monkeypatch.setattr(ways, "refined", refined)
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
     monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
     ambient = AmbientLight(rate_e_per_s=2e5)
     as_it_was = SimpleNamespace(light="as it was", rules=())
@@ -158,7 +158,7 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
     monkeypatch.setattr(anew, "refined", refined)
     monkeypatch.setattr(ways, "refined", refined)
     monkeypatch.setattr(ways, "as_dark", lambda found, seen: found.base)
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
     monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
     soft = dataclasses.replace(BASE, blur_px2=0.2)
     rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
@@ -235,7 +235,7 @@ def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
     """Two passes of a sharpening show themselves in whole samples, and three had been likelier in
     fractions: beside those two left as much as three."""
     monkeypatch.setattr(ways, "refined", lambda base, *rest: SimpleNamespace(base=base))
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
     begun = Sharpening(amount=0.21, passes=3)
     better = Sharpening(amount=0.30, passes=3)
     counts = dataclasses.replace(BASE, arithmetic=OF_WHOLE_SAMPLES)
@@ -284,7 +284,7 @@ def test_ways_of_counting_are_tried_where_they_cannot_be_seen(
         return SimpleNamespace(base=base, chi2=base.arithmetic if told_apart else 1.0)
 
     monkeypatch.setattr(ways, "refined", against)
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found.base)
+    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
     rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
     known = SimpleNamespace(effects=(), base=BASE)
     found = SimpleNamespace(base=BASE, effect=effect)

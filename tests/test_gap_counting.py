@@ -47,7 +47,7 @@ def test_finer_codes_are_likelier_and_even(
     finer = model(11, uneven=uneven, deviance=deviance)
     monkeypatch.setattr(counting, "unevenness", lambda one: one.uneven)
     monkeypatch.setattr(counting, "finer", lambda *_: iter([finer.base]))
-    for step in ("refined", "refine"):
+    for step in ("refined", "further"):
         monkeypatch.setattr(counting, step, lambda *_: finer)
     assert (in_finer_codes(found, NOTHING, NOTHING) is finer) is taken
 
@@ -78,7 +78,7 @@ def test_gains_of_whole_codes_are_there_if_twins_have_the_comb(
     other = model(arithmetic, uneven=0.0, deviance=plain)
     found = model(arithmetic, uneven=0.0, deviance=1000.0)
     found.base.white_balance, found.base.plain = gains, lambda: other.base
-    for step in ("refined", "refine"):
+    for step in ("refined", "further"):
         monkeypatch.setattr(counting, step, lambda *_: other)
     assert (without_gains(found, NOTHING, NOTHING) is found) is kept
 
@@ -103,7 +103,7 @@ def test_darks_tell_finer_codes_whatever_is_wrong_with_the_light(
     monkeypatch.setattr(counting, "unevenness", lambda one: one.uneven)
     monkeypatch.setattr(counting, "uneven_in_the_dark", lambda one: darks[id(one)])
     monkeypatch.setattr(counting, "finer", lambda *_: iter([finer.base]))
-    for step in ("refined", "refine"):
+    for step in ("refined", "further"):
         monkeypatch.setattr(counting, step, lambda *_: finer)
     assert (in_finer_codes(found, NOTHING, NOTHING) is finer) is taken
 

@@ -52,7 +52,7 @@ def test_each_helps_the_other(
     """From 0.2 whole numbers do not show; from the likelier strength they do. What leaves nothing
     is not mended."""
     monkeypatch.setattr(mend, "another_valley", valley)
-    monkeypatch.setattr(mend, "counted", lambda found, seen, scenery, enough: found.base)
+    monkeypatch.setattr(mend, "counted", lambda found, seen, scenery, enough: found)
     scenery: Any = SimpleNamespace(rules=(IN_FRACTIONS, IN_WHOLE_NUMBERS))
     begun: Any = ("as it was", camera(IN_FRACTIONS, 0.2))
 
