@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -26,6 +27,19 @@ def begun(words: tuple[str, ...], out: Path, least: Callable[[], None] | None = 
         stderr=subprocess.PIPE,
         preexec_fn=least,
     )
+
+
+def standing(folder: Path) -> dict[Path, os.stat_result]:
+    """The files below a folder in which another process writes.
+
+    What it moves away between being listed and being looked at does not stand there.
+    """
+    found = {}
+    for place, _, names in os.walk(folder):
+        for name in names:
+            with contextlib.suppress(FileNotFoundError):
+                found[Path(place, name)] = Path(place, name).stat()
+    return found
 
 
 def kill_once(process: Begun, least: int, pieces: Callable[[], int]) -> None:

@@ -23,7 +23,7 @@ from foundation.scratch import MARK
 from foundation.verification import verify
 from tests.clusters import ROOT
 from tests.conftest import Run, Small
-from tests.killing import PATIENCE_S, begun, kill_once
+from tests.killing import PATIENCE_S, begun, kill_once, standing
 
 NIGHTLY = bool(os.environ.get("CAMTRUTH_NIGHTLY"))
 MOMENTS = (1, 2, 3) if NIGHTLY else (1,)
@@ -93,9 +93,7 @@ RESUMED = ("study", "import", *(f"export {name}" for name in FORMATS))
 
 
 def files_in_scratch(folder: Path) -> int:
-    return sum(
-        1 for made in folder.glob(f".*{MARK}*") for path in made.rglob("*") if path.is_file()
-    )
+    return sum(len(standing(made)) for made in folder.glob(f".*{MARK}*"))
 
 
 def sums(folder: Path, words: tuple[str, ...]) -> list[bytes]:
@@ -137,9 +135,9 @@ def done(out: Path) -> dict[str, tuple[int, int]]:
         lines = (out / JOURNAL).read_bytes().splitlines(keepends=True)[1:]
         return {line.decode(): (0, 0) for line in lines if line.endswith(b"\n")}
     return {
-        name.as_posix(): (path.stat().st_ino, path.stat().st_mtime_ns)
+        name.as_posix(): (file.st_ino, file.st_mtime_ns)
         for work in (unfinished(out), out)
-        for path in work.rglob("*")
+        for path, file in standing(work).items()
         for name in [path.relative_to(work)]
         if path.suffix in PIECES and not any(part.startswith(".") for part in name.parts)
     }
