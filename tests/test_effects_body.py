@@ -138,25 +138,56 @@ def test_telegraph_noise_has_two_levels_and_the_share_of_its_dwell_times() -> No
     must_fail(check, gaussian(frames, frames.mean(0), frames.var(0)))
 
 
-@pytest.mark.parametrize("alike", [0.0, 1.0])
-def test_traps_differ_as_an_exponential_or_not_at_all(alike: float) -> None:
-    """The square of an exponential is in the mean twice that of its mean; by rows of pixels, which
-    give the standard error. Each law fails where the other one is checked."""
+@pytest.mark.parametrize(
+    ("spread", "lognormal", "mean_square"),
+    [(1.0, 0.0, 2.0), (0.5, 0.0, 4 / math.pi), (0.0, 0.0, 1.0), (0.6, 1.0, math.exp(0.36))],
+)
+def test_traps_differ_by_their_law(spread: float, lognormal: float, mean_square: float) -> None:
+    """Gamma(1 + 2 s) / Gamma(1 + s)^2 of a power of an exponential: 2 for 1, 4 / pi for 1/2, 1 for
+    0; exp(s^2) of a lognormal. By rows of pixels, which give the standard error; every law fails
+    where the square of another one is expected."""
     effect = RandomTelegraphNoise(
-        fraction=0.3, amplitude_e=1000, dwell_up_s=0.1, dwell_down_s=0.1, alike=alike
+        fraction=0.3,
+        amplitude_e=1000,
+        dwell_up_s=0.1,
+        dwell_down_s=0.1,
+        spread=spread,
+        lognormal=lognormal,
     )
+    frames = frames_of(effect, rate=flat(0, 96, 64), level=0.0, frames=120)
 
-    def check(frames: Array) -> None:
+    def check(mean_square: float) -> None:
         # differences of frames far apart: 2 A^2 p (1 - p) and the bench's own noise
         squares = (frames[40:] - frames[:-40]) ** 2
         excess = squares.mean((0, 2)) - 2 * NOISE
-        expected = 0.3 * 0.5 * 1000.0**2 * (1.0 if alike else 2.0)
+        expected = 0.3 * 0.5 * 1000.0**2 * mean_square
         assert_agree(excess.mean(), expected, excess.std(ddof=1) / math.sqrt(len(excess)))
 
-    rate = flat(0, 96, 64)
-    check(frames_of(effect, rate=rate, level=0.0, frames=120))
-    other = dataclasses.replace(effect, alike=1.0 - alike)
-    must_fail(check, frames_of(other, rate=rate, level=0.0, frames=120))
+    check(mean_square)
+    must_fail(check, 2.0 if mean_square < 1.5 else 1.0)
+
+
+def test_traps_that_make_dark_current_make_more_in_time_and_warmth() -> None:
+    """A trap that is up in all frames and the same everywhere adds charge in proportion to the
+    exposure and twice as much 8 degrees warmer, with a variance of its mean; one in the output adds
+    none."""
+    traps = RandomTelegraphNoise(
+        fraction=0.3, amplitude_e=5000, dwell_up_s=1000, dwell_down_s=0.001, spread=0.0
+    )
+
+    def check(effect: RandomTelegraphNoise) -> None:
+        for times, warmer_c in ((1, 0), (3, 0), (1, 8)):
+            warmth = {"exposure_s": times * EXPOSURE_S, "temperature_c": 29.0 + warmer_c}
+            frames = frames_of(effect, rate=flat(0, 96, 64), level=0.0, frames=64, **warmth)
+            expected = 5000 * times * EXPOSURE_S / 0.1 * 2 ** (warmer_c / 8)
+            up = frames.min(0) > expected / 2
+            means, variances = frames.mean(0)[up], frames.var(0, ddof=1)[up]
+            noise = expected + NOISE
+            assert_agree(means.mean(), expected, math.sqrt(noise / (up.sum() * 64)))
+            assert_agree(variances.mean(), noise, variance_error(noise, up.sum() * 63))
+
+    check(dataclasses.replace(traps, of_dark_current=1.0))
+    must_fail(check, traps)
 
 
 def test_large_scale_prnu_is_one_system_of_rings() -> None:

@@ -10,12 +10,14 @@ from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.hints import Told
 from analysis.gap.ready.loud import loud
 from analysis.gap.ready.traps import told_by_loud
+from sensor.effects.random_telegraph_noise import TOLD_S
 from sensor.frames import Frames
 from sensor.protocol import Shot
 
 HEIGHT, WIDTH, FRAMES = 176, 216, 40
 GAIN_DN_PER_E, BLACK_DN, SIGMA_DN = 0.1, 20.0, 1.0
 INTERVAL_S = 0.0667
+EXPOSURES_S = 0.08, 0.2, 0.1
 GREY = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
 
 
@@ -24,12 +26,12 @@ def noise(seed: int) -> NDArray[np.float64]:
     return SIGMA_DN * np.random.default_rng(seed).standard_normal((FRAMES, HEIGHT, WIDTH))
 
 
-def told(*shots: NDArray[np.float64]) -> Told | None:
+def told(*shots: NDArray[np.float64], exposures_s: tuple[float, ...] = EXPOSURES_S) -> Told | None:
     """What dark shots of a body tell that differ from black by so much."""
     seen = []
-    for excess in shots:
+    for excess, exposure_s in zip(shots, exposures_s, strict=False):
         dn = np.clip(np.round(BLACK_DN + excess), 0, 255).astype(np.uint8)
-        shot = Shot(label="dark", exposure_s=0.01, frames=FRAMES, interval_s=INTERVAL_S)
+        shot = Shot(label="dark", exposure_s=exposure_s, frames=FRAMES, interval_s=INTERVAL_S)
         frames = Frames(dn=dn, shot=shot, pixels="mono8", bits=8, cfa=None)
         seen.append(frames)
     return told_by_loud(loud(seen, GREY, {"Y": GAIN_DN_PER_E}))
@@ -47,7 +49,7 @@ def levels(shape: tuple[int, ...], up_s: float, down_s: float, seed: int) -> NDA
     return up
 
 
-@pytest.mark.parametrize("alike", [False, True])
+@pytest.mark.parametrize("law", ["exponential", "alike", "lognormal dark current"])
 @pytest.mark.parametrize(
     ("fraction", "amplitude_e", "up_s", "down_s", "within"),
     [
@@ -58,23 +60,36 @@ def levels(shape: tuple[int, ...], up_s: float, down_s: float, seed: int) -> NDA
     ],
 )
 def test_a_chain_of_two_levels_is_told(
-    fraction: float, amplitude_e: float, up_s: float, down_s: float, within: float, alike: bool
+    fraction: float, amplitude_e: float, up_s: float, down_s: float, within: float, law: str
 ) -> None:
-    """Numbers are Poisson, jumps exponential or alike, and dwell times exponential: at 4 standard
-    errors for 32 figures here, and the right one of the two laws each time. The upper level of the
+    """Numbers are Poisson, jumps of one of three laws, and dwell times exponential: at 4 standard
+    errors for 60 figures here, and whether jumps are dark current each time. The upper level of the
     third case lasts longer than a shot, and most jumps of the fourth are lost in noise of 10
     electrons, so that no frame shows a level."""
     rng = np.random.default_rng(3)
     has = rng.uniform(size=(HEIGHT, WIDTH)) < fraction
-    jump_e = rng.exponential(amplitude_e, (HEIGHT, WIDTH))
-    jump_dn = GAIN_DN_PER_E * (amplitude_e if alike else jump_e) * has
-    shots = [jump_dn * levels(has.shape, up_s, down_s, 20 + k) + noise(k) for k in range(3)]
+    size = {
+        "exponential": rng.exponential(1.0, has.shape),
+        "alike": np.ones(has.shape),
+        "lognormal dark current": rng.lognormal(-0.5 * 0.5**2, 0.5, has.shape),
+    }[law]
+    of_dark = law.endswith("dark current")
+    jumps_e = amplitude_e * size * has
+    shots = []
+    for k, exposure_s in enumerate(EXPOSURES_S):
+        up_e = jumps_e * levels(has.shape, up_s, down_s, 20 + k)
+        if of_dark:
+            up_e = rng.poisson(up_e * exposure_s / TOLD_S)
+        shots.append(GAIN_DN_PER_E * up_e + noise(k))
     found = told(*shots)
     assert found is not None
     assert found.exact
-    assert found.hints["alike"] == alike
+    assert found.hints["of_dark_current"] == of_dark
     true = {"fraction": fraction, "amplitude_e": amplitude_e,
             "dwell_up_s": up_s, "dwell_down_s": down_s}  # fmt: skip
+    spread = {"exponential": 1.0, "alike": 0.0}.get(law)
+    if spread is not None:
+        assert found.hints["spread"] == pytest.approx(spread, abs=4 * found.errors["spread"])
     for name, value in true.items():
         assert found.hints[name] == pytest.approx(value, abs=4 * found.errors[name]), name
         assert found.errors[name] < within * value

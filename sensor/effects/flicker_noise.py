@@ -19,14 +19,15 @@ class FlickerNoise(Effect):
     """The output transistor's traps hold and release charge at all rates: noise of spectrum 1/f.
 
         e(t) += s sum_k sqrt(w_k / P) (a_k cos(2 pi k t / L) + b_k sin(2 pi k t / L)),
-        w_k = atan(2 pi k T / L) / k,    k = 1 to L/2,    P = sum of all w_k
+        w_k = atan(2 pi k T / L) / k^a,  k = 1 to L/2,    P = sum of all w_k
 
     over a frame of L pixels in the order of the read-out, t = y W + x, with a_k and b_k standard
     normal and T the time constant of the slowest trap: variance s^2, two-sided spectrum
     S(k / L) = s^2 L w_k / (2 P). One trap gives T_i / (1 + (2 pi f T_i)^2), and as many in every
     octave of T_i up to T give atan(2 pi f T) / f: equal power in every octave above 1 / (2 pi T),
     so that the variance of means over m pixels falls as the logarithm of m, where that of
-    independent noise falls as 1/m; and white noise below.
+    independent noise falls as 1/m; and white noise below. Where slow traps are more than fast ones
+    the power falls faster, as 1/f^a with a somewhat above 1, and where they are fewer slower.
 
     Frames are independent, as the clamp is set again before each. It takes the mean of a frame off,
     all of it where many dark pixels tell it and nothing where none do; then L is the pixels of two
@@ -58,6 +59,13 @@ class FlickerNoise(Effect):
         starts=(1000.0, 10.0),
         doc="time constant of the slowest trap",
     )
+    exponent: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.5,
+        maximum=2.0,
+        doc="of the frequency, by which power falls: 1 of as many traps in every octave",
+    )
     clamped: float = switch(
         1.0,
         starts=(1.0, 0.0),
@@ -72,7 +80,7 @@ class FlickerNoise(Effect):
         length = pixels if self.clamped else 2 * pixels
         waves = np.asarray(stream.normal(length).numpy()).reshape(frames, length)
         # in place: nobody else holds these numbers
-        waves *= _amplitudes(length, self.slowest_rows * width)
+        waves *= _amplitudes(length, self.slowest_rows * width, self.exponent)
         cv2.dft(waves, waves, cv2.DFT_ROWS | cv2.DFT_INVERSE | cv2.DFT_REAL_OUTPUT)
         seen = waves[:, :pixels].reshape(frames, height, width)
         return signal.pointwise(
@@ -83,7 +91,7 @@ class FlickerNoise(Effect):
 
 
 @functools.lru_cache(maxsize=4)
-def _amplitudes(length: int, slowest_px: float) -> NDArray[np.float32]:
+def _amplitudes(length: int, slowest_px: float, exponent: float) -> NDArray[np.float32]:
     """What the standard normal numbers of a frame are multiplied by.
 
     They are the spectrum as OpenCV packs that of real numbers: 0, a_1, b_1, a_2, b_2 and so on; an
@@ -91,7 +99,7 @@ def _amplitudes(length: int, slowest_px: float) -> NDArray[np.float32]:
     for k and -k, hence one half; the last stands for itself.
     """
     k = np.arange(1, length // 2 + 1)
-    power = np.arctan(2 * np.pi * k * slowest_px / length) / k
+    power = np.arctan(2 * np.pi * k * slowest_px / length) / k**exponent
     each = np.sqrt(power / np.sum(power)) / np.where(2 * k == length, 1.0, 2.0)
     packed = np.concatenate([[0.0], np.repeat(each, 2)])
     return packed[:length].astype(np.float32)

@@ -12,6 +12,7 @@ import drjit as dr
 from sensor.effect import Effect, Stage, parameter, switch
 from sensor.signal import Signal
 from sensor.stream import Stream
+from sensor.thermal import DOUBLING_C, thermal_growth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,14 +20,19 @@ class RandomTelegraphNoise(Effect):
     """In a few photosites a single trap fills and empties, and shifts the level up and down.
 
     A Markov chain of two levels, 0 and A, with mean dwell times t_up and t_down, looked at once a
-    frame. A is exponential over the affected photosites, or the same in all. The chain forgets
-    itself at the events of a Poisson process of rate 1/tau = 1/t_up + 1/t_down; at each it is up
-    with probability p = t_up / (t_up + t_down), and in between it stays: exactly that chain, and
-    one that any frame can look up without running through those before it.
+    frame. The chain forgets itself at the events of a Poisson process of rate 1/tau = 1/t_up +
+    1/t_down; at each it is up with probability p = t_up / (t_up + t_down), and in between it stays:
+    exactly that chain, and one that any frame can look up without running through those before it.
+
+    Over the affected photosites A = a E^s / Gamma(1 + s) with E exponential of mean 1: of mean a
+    for each s, exponential for s = 1, the same in all for s = 0. Or ln(A / a) is normal, of mean
+    -s^2 / 2 and standard deviation s. A trap that makes dark current
+    makes more in longer exposures and in the heat, and what it makes is a Poisson count of the mean
+    A (t / 0.1 s) 2^((T - 29 degC) / 8 degC).
 
     Consequence: an affected photosite shows two levels and no more, with variance A^2 p (1 - p)
     and correlation exp(-k interval / tau) between frames k apart. Independent noise of equal
-    variance shows neither.
+    variance shows neither. The mean of A^2 is a^2 Gamma(1 + 2 s) / Gamma(1 + s)^2, or a^2 exp(s^2).
     """
 
     name: ClassVar[str] = "random_telegraph_noise"
@@ -62,16 +68,47 @@ class RandomTelegraphNoise(Effect):
     dwell_down_s: float = parameter(
         1.0, unit="s", minimum=1e-3, maximum=1000.0, doc="mean time at the lower level"
     )
-    alike: float = switch(
+    spread: float = parameter(
+        1.0,
+        unit="1",
+        minimum=0.0,
+        maximum=2.0,
+        stated=True,
+        doc="how unlike the differences are: 0 the same in every such photosite, 1 exponential",
+    )
+    lognormal: float = switch(
+        0.0, starts=(0.0,), doc="1 differences are lognormal, and spread is that of their logarithm"
+    )
+    of_dark_current: float = switch(
         0.0,
         starts=(0.0,),
-        doc="0: differences of an exponential distribution, 1: the same in every such photosite",
+        doc="1 traps make dark current: amplitude_e is that of 0.1 s at 29 degC",
     )
 
     @property
     def tau_s(self) -> float:
         """Correlation time of the chain."""
         return 1.0 / (1.0 / self.dwell_up_s + 1.0 / self.dwell_down_s)
+
+    def sizes(self, exponential: Any, normal: Any) -> Any:
+        """Differences in units of their mean, from random numbers of which it needs one kind.
+
+        Args:
+            exponential: of mean 1, any array.
+            normal: standard normal, alike.
+        """
+        if self.lognormal:
+            # in this way for arrays of NumPy and of Dr.Jit
+            return math.e ** (self.spread * normal - 0.5 * self.spread**2)
+        return exponential**self.spread / math.gamma(1.0 + self.spread)
+
+    def mean_e(self, darkness_s: float) -> float:
+        """Mean difference between the two levels, in electrons.
+
+        Args:
+            darkness_s: exposure in which as much dark current gathers at 29 degC.
+        """
+        return self.amplitude_e * (darkness_s / TOLD_S if self.of_dark_current else 1.0)
 
     @property
     def share_up(self) -> float:
@@ -95,13 +132,19 @@ class RandomTelegraphNoise(Effect):
         frame = lane // lanes
         trap = lane - frame * lanes
         drawn = -dr.log(1.0 - stream.body.uniform(lanes, use="size").array)
-        size = self.amplitude_e * (1.0 + 0.0 * drawn if self.alike else drawn)
+        normal = stream.body.normal(lanes, use="size").array
+        darkness_s = signal.shot.exposure_s * thermal_growth(signal.shot, DOUBLING_C)
+        size = self.mean_e(darkness_s) * self.sizes(drawn, normal)
         dr.eval(places, size)
         real = trap < dr.opaque(index, traps)
+        shift = dr.select(state, dr.gather(flat, size, trap), 0.0)
+        if self.of_dark_current:
+            charge = stream.poisson(type(value)(shift, (frames, lanes)), use="shot")
+            shift = charge.array
         shifted = +value.array
         dr.scatter_add(
             shifted,
-            dr.select(state, dr.gather(flat, size, trap), 0.0),
+            shift,
             frame * pixels + dr.gather(index, places, trap, real),
             real,
         )
@@ -146,6 +189,9 @@ class RandomTelegraphNoise(Effect):
             up = dr.select((age >= to_go) & (age < 1.0), dr.gather(mask, ups[k], at), up)
         return up
 
+
+TOLD_S = 0.1
+"""Exposure for which the amplitude of traps that make dark current is told."""
 
 FORGOTTEN = 1e-4
 """How seldom the look back ends before an event was found."""

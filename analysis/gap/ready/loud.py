@@ -6,6 +6,8 @@ Traps stay where they are, so that a pixel counts by the frames of all dark shot
     1 between the quartiles of that in the frames      whether all are about as loud
     mean of x(t) x(t + k) / variance                   how much of it stays after k frames
     mean of x(t)^3 / variance^1.5                      whether it is more often down than up
+    1 below the lower one                              whether few are much less loud than others
+    part of the sum of x^2 in the longest exposure     whether exposure makes it louder
 
 of its own frames x about their mean in each shot, in units of the typical pixel of that shot.
 Means, threshold and rounding to codes bend all of them; whoever holds simulated pixels against them
@@ -23,6 +25,7 @@ from numpy.typing import NDArray
 from analysis.gap.look.lattices import Lattice
 from sensor.frame_times import interval_of
 from sensor.frames import Frames
+from sensor.thermal import DOUBLING_C, thermal_growth
 
 Floats = NDArray[np.float64]
 Stack = NDArray[np.float32]
@@ -36,7 +39,7 @@ LOUD = 5.0
 LAGS = (1, 2, 4, 8)
 """Frames after which a pixel is held against itself."""
 
-FIGURES = 4 + len(LAGS)
+FIGURES = 6 + len(LAGS)
 HOW_LOUD, AFTER_ONE_FRAME = 1, 3
 """How many figures there are, and which of them are how loud, and what stays after one frame."""
 
@@ -57,6 +60,7 @@ class Ground:
         samples: how many.
         gain_dn_per_e: of its channel.
         intervals_s: from frame to frame, of each shot.
+        darkness_s: exposure of each shot at 29 degC in which as much dark current gathers.
         variances_dn2: in time, of the typical sample of each shot.
         levels_dn: mean of each sample over the frames of each shot, (shots, samples).
         frames: of each shot.
@@ -65,6 +69,7 @@ class Ground:
     samples: int
     gain_dn_per_e: float
     intervals_s: tuple[float, ...]
+    darkness_s: tuple[float, ...]
     variances_dn2: tuple[float, ...]
     levels_dn: Floats
     frames: tuple[int, ...]
@@ -82,7 +87,8 @@ class Loud:
 
     Attributes:
         grounds: of every lattice.
-        by_pixel: figures of each loud pixel, (FIGURES, pixels); the first one is 1.
+        by_pixel: figures of each loud pixel, (FIGURES, pixels); the first one is 1, and of a single
+            shot there is no last one.
         quartiles: of how loud they are.
     """
 
@@ -136,6 +142,9 @@ def loud(
             samples=shots[0].shape[1],
             gain_dn_per_e=gain_dn_per_e[lattice.channel],
             intervals_s=tuple(interval_of(stack.shot) for stack in stacks),
+            darkness_s=tuple(
+                stack.shot.exposure_s * thermal_growth(stack.shot, DOUBLING_C) for stack in stacks
+            ),
             variances_dn2=tuple(float(np.median(dn.var(axis=0, ddof=1))) for dn in shots),
             levels_dn=np.array([dn.mean(axis=0) for dn in shots], dtype=np.float64),
             frames=tuple(len(dn) for dn in shots),
@@ -145,7 +154,7 @@ def loud(
 
     def figures(quartiles: tuple[float, float]) -> Floats:
         found = [figures_of(*one, quartiles) for one in zip(counted, grounds, strict=True)]
-        return np.concatenate([np.zeros((FIGURES, 0)), *found], axis=1)
+        return np.concatenate(found, axis=1) if found else np.zeros((FIGURES, 0))
 
     how_loud = figures(ALL)[HOW_LOUD]
     low, high = np.quantile(how_loud, (0.25, 0.75)) if len(how_loud) else ALL
@@ -161,7 +170,7 @@ def _own(dn: NDArray[np.generic]) -> Stack:
 
 
 def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, float]) -> Floats:
-    """Figures of the loud samples, (FIGURES, loud samples).
+    """Figures of the loud samples, (FIGURES, loud samples); the last one only of several shots.
 
     Args:
         shots: (frames, samples) of each.
@@ -177,6 +186,7 @@ def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, f
         variance += np.square(x).sum(axis=0)
         freedom += len(x) - 1
         scaled.append(x)
+    longest = np.square(scaled[int(np.argmax(ground.darkness_s))]).sum(axis=0) / variance
     variance /= freedom
     is_loud = variance > ground.threshold
     variance = variance[is_loud]
@@ -188,8 +198,11 @@ def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, f
     # in NumPy a third power takes forty times as long as two products
     leans = np.mean([_means_of_products(x, np.square(x)) for x in chosen], axis=0) / variance**1.5
     louder = np.log(variance)
-    usual = (quartiles[0] < louder) & (louder < quartiles[1])
-    figures = [np.ones(len(variance)), louder, usual, *stays, leans]
+    little = louder <= quartiles[0]
+    usual = ~little & (louder < quartiles[1])
+    figures = [np.ones(len(variance)), louder, usual, *stays, leans, little]
+    if len(shots) > 1:
+        figures.append(longest[is_loud])
     return np.stack(figures).astype(np.float64)
 
 

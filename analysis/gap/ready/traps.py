@@ -8,9 +8,10 @@ covariance over pixels, the traps are those of the least
 
     (s - f)' C^-1 (s - f)
 
-and C and the slopes of f give their errors. Four figures more than there are parameters say
+and C and the slopes of f give their errors. Figures more than there are parameters say
 whether it is traps at all: other noise does not stay as long as its size and its number demand.
-Jumps are exponential, or all alike where that leaves more than chance.
+Jumps are the same in any exposure, or dark current where that leaves more than chance. How far
+they jump is told by two laws, the likelier one first.
 A fit by twins cannot do as well: a few dozen pixels of theirs jump, others and at other times.
 
 Source of the method: Gourieroux, Monfort and Renault, Indirect inference, J. Applied Econometrics
@@ -19,26 +20,27 @@ Source of the method: Gourieroux, Monfort and Renault, Indirect inference, J. Ap
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special, stats
+from scipy import optimize, stats
 
 from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
 from analysis.gap.ready.loud import (
     AFTER_ONE_FRAME,
     BETWEEN_CODES_DN2,
     HOW_LOUD,
-    Ground,
     Loud,
-    Stack,
-    figures_of,
     loud,
-    summary,
 )
 from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
+from analysis.gap.ready.simulated_traps import chances_of, figures_with
+from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +55,10 @@ CHANCE = 1e-4
 """Of what is left of the figures, below which it was no traps."""
 
 UNLIKELY = 0.05
-"""The same of jumps that are exponential, below which they may be all alike."""
+"""The same of jumps that are as far in any exposure, below which they may be dark current."""
+
+LEAST_TIMES = 1.5
+"""Between the shortest and the longest exposure that tell one law from the other."""
 
 LEAST_TOLD = 1.0
 """Standard error of a logarithm from which a figure is not told. A fit by twins would give it a
@@ -61,9 +66,6 @@ smaller one, and not for better reasons."""
 
 MOST_SHOTS = 6
 """Dark shots that are looked at: each has to be simulated."""
-
-TRAPS = 12_000
-"""Simulated, of all grounds together."""
 
 STEP = 0.1
 """In logarithms, by which slopes are read: a trap more or less is loud at every smaller one."""
@@ -74,9 +76,12 @@ WIDE = 2.0
 STEPS = 25
 """Of a fit, at most."""
 
-RANGE = tuple(np.log([[1e-6, 0.1, 1e-2, 1e-3], [0.3, 1e4, 1e2, 1e3]]))
-"""Least and most of share, jump in electrons, t_up / t_down, and correlation time in s: what the
-effect can be."""
+RANGE = (
+    np.append(np.log([1e-6, 0.1, 1e-2, 1e-3]), 0.0),
+    np.append(np.log([0.3, 1e4, 1e2, 10.0]), 2.0),
+)
+"""Least and most of share, jump in electrons, t_up / t_down, and correlation time in s, as
+logarithms, and of the spread of the jumps: what the effect can be, and what a shot can tell."""
 
 MOST_ALIKE = 1e12
 """Ratio of the variances of what is best and what is worst told, from which numbers end."""
@@ -84,34 +89,28 @@ MOST_ALIKE = 1e12
 FIRST_RATIOS = (0.5, 2.0)
 FIRST_FRAMES = 4.0
 FIRST_SIZE = 3.0
-"""Where searches begin: t_up / t_down, correlation time, and jump in standard errors of noise."""
-
-QUIET = 120_000
-"""Simulated pixels without a trap, of which a few are loud."""
-
-FEW = 2000
-"""Of them tell the median of their variances."""
-
-SIGMA_DN = 1e-3
-"""To which noise is found."""
+FIRST_SPREADS = (1.0, 0.2)
+"""Where searches begin: t_up / t_down, correlation time in frames, jump in standard errors of noise
+where jumps differ, and how much they do."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Chances:
-    """The random numbers of simulated traps in one ground, the same for all parameters.
+class _Fit:
+    """Traps of a law that come nearest to what loud pixels show.
 
     Attributes:
-        size: of each jump, in mean jumps, where they are not alike.
-        forgets, forgotten: by shot and frame, whether a trap forgets its level, and which is next.
-        dn: by shot and frame, the pixel without a trap, before it is rounded.
-        without: figures of as many pixels as there are samples, without a trap; see `figures_of`.
+        law: which.
+        at: logarithms of what it is fitted by, and the spread; see `RANGE`.
+        wider: factor of variances, where more is left than chance leaves.
+        chance: of what is left.
+        told: inverse of the covariance of `at`.
     """
 
-    size: Stack
-    forgets: list[Stack]
-    forgotten: list[Stack]
-    dn: list[Stack]
-    without: Floats
+    law: RandomTelegraphNoise
+    at: Floats
+    wider: float
+    chance: float
+    told: Floats
 
 
 def trapped(setting: Setting) -> Told | None:
@@ -138,39 +137,48 @@ def told_by_loud(pixels: Loud) -> Told | None:
     if stays - 2.0 * error < LEAST_STAYS or np.linalg.cond(covariance) > MOST_ALIKE:
         return None
     weight = np.linalg.cholesky(np.linalg.inv(covariance)).T
-    drawn = [
-        _chances(ground, pixels, np.random.default_rng(k))
-        for k, ground in enumerate(pixels.grounds)
-    ]
+    drawn = chances_of(pixels)
 
-    def fitted(alike: bool, begin: Floats) -> optimize.OptimizeResult:
+    def fitted(law: RandomTelegraphNoise, beginnings: Iterable[Floats]) -> _Fit:
         def off(at: Floats) -> Floats:
-            expected = _figures(at, alike, pixels, drawn)
+            expected = figures_with(_as_told(law, at), pixels, drawn)
             return np.append(weight @ (expected - seen), at[2] / WIDE)
 
         def slopes(at: Floats) -> Floats:
             steps = STEP * np.eye(len(at))
-            return np.transpose([(off(at + s) - off(at - s)) / (2.0 * STEP) for s in steps])
+            there = [np.clip([at - s, at + s], *RANGE) for s in steps]
+            return np.transpose([(off(up) - off(down)) / np.sum(up - down) for down, up in there])
 
-        return optimize.least_squares(off, begin, slopes, bounds=RANGE, max_nfev=STEPS)
+        fits = [
+            optimize.least_squares(off, at, slopes, bounds=RANGE, max_nfev=STEPS)
+            for at in beginnings
+        ]
+        best = min(fits, key=lambda one: one.cost)
+        freedom = len(seen) + 1 - len(RANGE[0])
+        slope = np.asarray(best.jac, dtype=np.float64)
+        return _Fit(
+            law=law,
+            at=best.x,
+            wider=max(2.0 * best.cost / freedom, 1.0),
+            chance=_by_chance(2.0 * best.cost, freedom, pixels.pixels),
+            told=slope.T @ slope,
+        )
 
-    def best_of(alike: bool) -> optimize.OptimizeResult:
-        fits = [fitted(alike, at) for at in _beginnings(pixels, alike)]
-        return min(fits, key=lambda one: one.cost)
+    best = fitted(RandomTelegraphNoise(), _beginnings(pixels))
+    if best.chance < UNLIKELY and _exposed_differently(pixels):
+        of_dark = fitted(RandomTelegraphNoise(of_dark_current=1.0), _beginnings(pixels))
+        best = max(best, of_dark, key=lambda one: one.chance)
+    inside = np.clip(best.at, RANGE[0] + STEP, RANGE[1] - STEP)
+    other = fitted(dataclasses.replace(best.law, lognormal=1.0), [inside])
+    likelier, other = sorted((best, other), key=lambda one: -one.chance)
+    first, second = _told(likelier), _told(other)
+    return dataclasses.replace(first, instead=second) if first else second
 
-    def chance(one: optimize.OptimizeResult) -> float:
-        return _by_chance(2.0 * one.cost, freedom, pixels.pixels)
 
-    freedom = len(seen) + 1 - len(RANGE[0])
-    alike, best = False, best_of(False)
-    if chance(best) < UNLIKELY and (other := best_of(True)).cost < best.cost:
-        alike, best = True, other
-    slope = np.asarray(best.jac, dtype=np.float64)
-    told = slope.T @ slope
-    if chance(best) < CHANCE or np.linalg.cond(told) > MOST_ALIKE:
-        return None
-    wider = max(2.0 * best.cost / freedom, 1.0)
-    return _told(best.x, alike, np.asarray(wider * np.linalg.inv(told), dtype=np.float64))
+def _exposed_differently(pixels: Loud) -> bool:
+    """Whether the exposures of the darks tell jumps of dark current from others."""
+    darkness_s = pixels.grounds[0].darkness_s
+    return max(darkness_s) > LEAST_TIMES * min(darkness_s)
 
 
 def _by_chance(left: float, freedom: int, pixels: int) -> float:
@@ -179,32 +187,44 @@ def _by_chance(left: float, freedom: int, pixels: int) -> float:
     return float(stats.f.sf(left * more / (freedom * (pixels - 1)), freedom, more))
 
 
-def _told(at: Floats, alike: bool, covariance: Floats) -> Told | None:
-    """Parameters and their errors, from logarithms and theirs."""
-    fraction, amplitude_e, ratio, tau_s = map(float, np.exp(at))
-    share_up = ratio / (1.0 + ratio)
-    hints = {
+def _as_told(law: RandomTelegraphNoise, at: Floats) -> RandomTelegraphNoise:
+    """Traps by logarithms of share, jump in electrons, t_up / t_down and correlation time in s, and
+    by the spread of their jumps.
+    """
+    fraction, amplitude_e, ratio, tau_s = map(float, np.exp(at[:4]))
+    values = {
         "fraction": fraction,
         "amplitude_e": amplitude_e,
         "dwell_up_s": tau_s * (1.0 + ratio),
         "dwell_down_s": tau_s * (1.0 + ratio) / ratio,
+        "spread": float(at[4]),
     }
-    law = {"alike": float(alike)}
-    # d ln(t_up) = d ln(tau) + share_up d ln(ratio), of t_down less one d ln(ratio)
-    ways = np.array(
-        [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, share_up, 1], [0, 0, share_up - 1.0, 1]], dtype=float
-    )
-    relative = np.sqrt(np.diag(ways @ covariance @ ways.T))
-    if relative.max() > LEAST_TOLD:
+    ranges = {p.name: p for p in law.parameters()}
+    inside = {name: ranges[name].clipped(value) for name, value in values.items()}
+    return dataclasses.replace(law, **inside)
+
+
+def _told(found: _Fit) -> Told | None:
+    """Parameters and their errors; None where it was no traps, or nobody can tell."""
+    if found.chance < CHANCE or np.linalg.cond(found.told) > MOST_ALIKE:
         return None
-    errors = {
-        name: value * float(r) for (name, value), r in zip(hints.items(), relative, strict=True)
-    }
-    return Told(hints=hints | law, errors=errors)
+    traps = _as_told(found.law, found.at)
+    share_up = traps.share_up
+    # d ln(t_up) = d ln(tau) + share_up d ln(ratio), of t_down less one d ln(ratio)
+    ways = np.eye(5)
+    ways[2:4, 2:4] = [[share_up, 1.0], [share_up - 1.0, 1.0]]
+    covariance = ways @ (found.wider * np.linalg.inv(found.told)) @ ways.T
+    *relative, of_spread = np.sqrt(np.diag(covariance))
+    if max(relative) > LEAST_TOLD:
+        return None
+    values = {p.name: float(getattr(traps, p.name)) for p in traps.parameters()}
+    scales = ("fraction", "amplitude_e", "dwell_up_s", "dwell_down_s")
+    errors = {name: values[name] * float(r) for name, r in zip(scales, relative, strict=True)}
+    return Told(hints=values, errors=errors | {"spread": float(of_spread)})
 
 
-def _beginnings(pixels: Loud, alike: bool) -> list[Floats]:
-    """Logarithms of share, jump in electrons, t_up / t_down, and correlation time in s.
+def _beginnings(pixels: Loud) -> list[Floats]:
+    """Where fits begin; see `RANGE`.
 
     A jump A that is half of the time up has the variance A^2 / 4; of jumps that differ the loud
     ones are the largest.
@@ -213,75 +233,14 @@ def _beginnings(pixels: Loud, alike: bool) -> list[Floats]:
     share = 3.0 * pixels.pixels / pixels.samples
     noise_dn = np.sqrt(max(ground.variances_dn2[0], BETWEEN_CODES_DN2))
     louder = np.expm1(pixels.seen[HOW_LOUD])
-    size = 2.0 * np.sqrt(max(louder, 1.0)) if alike else FIRST_SIZE
-    jump_e = size * noise_dn / ground.gain_dn_per_e
+    sizes = FIRST_SIZE, 2.0 * np.sqrt(max(louder, 1.0))
     tau_s = FIRST_FRAMES * ground.intervals_s[0]
     lowest, highest = RANGE
-    return [
-        np.clip(np.log([share, jump_e, ratio, tau_s]), lowest + STEP, highest - STEP)
-        for ratio in FIRST_RATIOS
-    ]
-
-
-def _chances(ground: Ground, pixels: Loud, rng: np.random.Generator) -> Chances:
-    """Traps for one ground, of all sizes in the shares that an exponential has."""
-    grounds = len(pixels.grounds)
-    traps = TRAPS // grounds
-    size = rng.permutation(-np.log1p(-(np.arange(traps) + 0.5) / traps))
-    quiet = _noise(ground, QUIET // grounds, rng)
-    of_quiet = figures_of([np.rint(dn) for dn in quiet], ground, pixels.quartiles)
-    shapes = [(frames, traps) for frames in ground.frames]
-    return Chances(
-        size=size.astype(np.float32),
-        forgets=[rng.random(shape, dtype=np.float32) for shape in shapes],
-        forgotten=[rng.random(shape, dtype=np.float32) for shape in shapes],
-        dn=_noise(ground, traps, rng),
-        without=of_quiet.sum(axis=1) * ground.samples / (QUIET // grounds),
-    )
-
-
-def _noise(ground: Ground, pixels: int, rng: np.random.Generator) -> list[Stack]:
-    """Pixels without a trap in every shot, (frames, pixels), before they are rounded: at levels
-    that there are, with the noise whose median of variances is the one seen."""
-    at = rng.integers(ground.samples, size=pixels)
-    made = []
-    shots = zip(ground.frames, ground.variances_dn2, ground.levels_dn, strict=True)
-    for frames, typical_dn2, levels_dn in shots:
-        normal = rng.standard_normal((frames, pixels), dtype=np.float32)
-        level = levels_dn[at].astype(np.float32)
-        sigma_dn = _before_rounding(normal[:, :FEW], level[:FEW], typical_dn2)
-        made.append(level + np.float32(sigma_dn) * normal)
-    return made
-
-
-def _before_rounding(normal: Stack, level: Stack, typical_dn2: float) -> float:
-    """Standard deviation of noise that shows so much variance in the typical pixel, in DN."""
-
-    def too_loud(sigma_dn: float) -> float:
-        shown = np.rint(level + np.float32(sigma_dn) * normal)
-        return float(np.median(shown.var(axis=0, ddof=1))) - typical_dn2
-
-    if typical_dn2 <= 0:
-        return 0.0
-    return float(optimize.bisect(too_loud, 0.0, np.sqrt(typical_dn2) + 1.0, xtol=SIGMA_DN))
-
-
-def _figures(at: Floats, alike: bool, pixels: Loud, drawn: list[Chances]) -> Floats:
-    """Figures of the loud ones among pixels with and without traps; see `summary`."""
-    fraction, amplitude_e, _, tau_s = np.exp(at)
-    share_up = special.expit(at[2])
-    total = np.zeros(len(pixels.seen))
-    for ground, chances in zip(pixels.grounds, drawn, strict=True):
-        one_dn = np.float32(amplitude_e * ground.gain_dn_per_e)
-        jumps_dn = np.full_like(chances.size, one_dn) if alike else one_dn * chances.size
-        shots = []
-        for k, interval_s in enumerate(ground.intervals_s):
-            stays = np.exp(-interval_s / tau_s)
-            up = chances.forgotten[k] < share_up
-            for frame in range(1, len(up)):
-                kept = chances.forgets[k][frame] < stays
-                up[frame] = np.where(kept, up[frame - 1], up[frame])
-            shots.append(np.rint(chances.dn[k] + jumps_dn * up))
-        with_trap = figures_of(shots, ground, pixels.quartiles).sum(axis=1) / len(chances.size)
-        total += fraction * ground.samples * with_trap + (1.0 - fraction) * chances.without
-    return summary(total, pixels.samples)
+    begin = []
+    for (spread, size), ratio in itertools.product(
+        zip(FIRST_SPREADS, sizes, strict=True), FIRST_RATIOS
+    ):
+        jump_e = size * noise_dn / ground.gain_dn_per_e
+        at = np.append(np.log([share, jump_e, ratio, tau_s]), spread)
+        begin.append(np.clip(at, lowest + STEP, highest - STEP))
+    return begin

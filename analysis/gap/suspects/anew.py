@@ -126,13 +126,16 @@ def anew(
         search = Search(seen=case.fit_seen, scenery=scenery, calibrated=calibrated, off=off)
         best = mended(best, search)
     if best is not as_found and start and told and told.scenery:
-        return _under(told.scenery, *best)
+        return _by_its_own_errors(told.scenery, *best)
+    if exact and _scatters(case, *best):
+        return _by_its_own_errors(scenery, *best)
     return best[0]
 
 
-def _under(scenery: Scenery, found: Candidate, fitted: Refined) -> Candidate:
-    """A suspect with the camera that was calibrated with it under another light than the model's:
-    by that camera's errors, as it is no change of the model.
+def _by_its_own_errors(scenery: Scenery, found: Candidate, fitted: Refined) -> Candidate:
+    """A suspect with the camera that was calibrated with it: under another light than the model's
+    it is no change of the model, and by the errors of one in which bodies hardly differ nothing
+    tells well what makes them differ.
     """
     model = around(fitted.base, as_shown(fitted, scenery), fitted.effects)
     off = fitted.misfit - 1.0

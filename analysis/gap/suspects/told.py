@@ -122,7 +122,10 @@ def _jumping(setting: Setting) -> Told | None:
     if chain is None:
         return None
     # somebody else's traps may jump by other laws
-    return dataclasses.replace(chain, instead=Told(hints=chain.hints, exact=False))
+    last = Told(hints=chain.hints, exact=False)
+    if chain.instead is None:
+        return dataclasses.replace(chain, instead=last)
+    return dataclasses.replace(chain, instead=dataclasses.replace(chain.instead, instead=last))
 
 
 def _smoothed(setting: Setting) -> Told | None:

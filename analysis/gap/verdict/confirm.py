@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.refine import FITS, as_shown, refine, refined
+from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured
@@ -63,8 +64,12 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     much = closed(now.held.total, step.left.held.total) >= MUCH
     if step.ends or not much:
         return step
-    step = _nearer_with_it(step, _calibrated(setting, step, step.model.effects))
-    return step if step.ends or found.told else _with_other_choices(setting, step)
+    # a pursuit may have led the camera astray, and the one before it not
+    for base in (step.model.base, model.base):
+        step = _nearer_with_it(step, _calibrated(setting, step, step.model.effects, base))
+        if step.ends:
+            return step
+    return step if found.told else _with_other_choices(setting, step)
 
 
 def _with_other_choices(setting: Setting, step: Step) -> Step:
@@ -80,7 +85,8 @@ def _with_other_choices(setting: Setting, step: Step) -> Step:
         tried |= {choice_of(one) for one in others}
         best = step
         for other in others:
-            best = _nearer_with_it(best, _calibrated(setting, step, (*before, other)))
+            again = _calibrated(setting, step, (*before, other), step.model.base)
+            best = _nearer_with_it(best, again)
             if best.ends:
                 break
         if best is step:
@@ -141,14 +147,17 @@ def alone(setting: Setting, known: Fit, step: Step) -> Step:
         known: the camera before any effect was added.
         step: by which the effect was added to others.
     """
-    return _calibrated(setting, step, (*known.effects, step.model.effects[-1]))
+    effects = *known.effects, step.model.effects[-1]
+    return _calibrated(setting, step, effects, step.model.base)
 
 
-def _calibrated(setting: Setting, step: Step, effects: Sequence[Effect]) -> Step:
-    """The same with these effects, the last of which is calibrated along with the camera."""
+def _calibrated(setting: Setting, step: Step, effects: Sequence[Effect], base: Base) -> Step:
+    """The same with these effects, the last of which is calibrated along with the camera, from one
+    that is near.
+    """
     scenery, name = step.model.scenery, effects[-1].name
     fit_half, _ = halves(setting.seen)
-    found = refine(step.model.base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=name)
+    found = refine(base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=name)
     return step_of(setting, step.choice, around_it(found, scenery))
 
 

@@ -60,14 +60,15 @@ def _by_the_fit(
     value = Colours.of(own).G
     channel = CHANNELS.index("G") if isinstance(own, Colours) else None
     handle = Handle(effect=effect.name, parameter=p.name, channel=channel)
+    told = found.told.get(p.name) if found.told is not None else None
     if handle not in model.ways.tuned:
-        return Figure(value=value, se=None, unit=p.unit)
+        return Figure(value=value, se=told, unit=p.unit)
     place = len(model.ways.knobs) + model.ways.tuned.index(handle)
     error = float(after.errors[place]) * birge_ratio(after.whole)
     if not np.isfinite(error):
         return Figure(value=value, se=None, unit=p.unit)
-    if found.told is not None and p.name in found.told:
-        return Figure(value=value, se=max(error, found.told[p.name]), unit=p.unit)
+    if told is not None:
+        return Figure(value=value, se=max(error, told), unit=p.unit)
     moved = value
     if found.told is None:
         by = float(after.amounts[place])
