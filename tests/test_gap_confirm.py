@@ -92,6 +92,49 @@ def test_no_step_is_taken_to_a_camera_in_which_nothing_of_its_effect_is_left(
     assert confirm._nearer_with_it(found, gone) is found
 
 
+@pytest.mark.parametrize("told", [None, {"depth": 0.01}])
+@pytest.mark.parametrize(
+    ("ends", "begun", "others"),
+    [((), ["led astray", "before"], 1), (("before",), ["led astray", "before"], 0),
+     (("led astray",), ["led astray"], 0)],
+)  # fmt: skip
+def test_what_leaves_something_is_calibrated_from_the_camera_before_it_as_well(
+    ends: tuple[str, ...],
+    begun: list[str],
+    others: int,
+    told: Any,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A flicker noise ended beside a fixed pattern that its pursuit had made too small, and from
+    the camera without it to one that leaves a third. Of what frames tell no other choice is made.
+    """
+    seen: list[str] = []
+    chosen: list[str] = []
+
+    def step(base: str) -> Any:
+        left = SimpleNamespace(held=SimpleNamespace(total=0.1))
+        model = SimpleNamespace(base=base, effects=(DustShadow(),))
+        return SimpleNamespace(ends=base in ends and bool(seen), left=left, model=model)
+
+    def calibrated(setting: Any, found: Any, effects: Any, base: str) -> Any:
+        seen.append(base)
+        return step(base)
+
+    monkeypatch.setattr(confirm, "_as_found", lambda setting, model, choice: step("led astray"))
+    monkeypatch.setattr(confirm, "_calibrated", calibrated)
+    monkeypatch.setattr(confirm, "nearer", lambda one, other: other)
+    monkeypatch.setattr(
+        confirm, "_with_other_choices", lambda setting, now: chosen.append(now.model.base) or now
+    )
+    found: Any = SimpleNamespace(name="dust_shadow", model=None, misfit=9.0, told=told)
+    now: Any = SimpleNamespace(held=SimpleNamespace(total=1.0))
+    model: Any = SimpleNamespace(base="before")
+    choice: Any = SimpleNamespace(best=found)
+    confirm.with_it(SimpleNamespace(), model, now, choice, lambda what: None)  # type: ignore[arg-type]
+    assert seen == begun
+    assert len(chosen) == (others if told is None else 0)
+
+
 @pytest.mark.whole
 @pytest.mark.parametrize("in_electrons", [True, False])
 def test_a_blur_is_calibrated_where_light_comes_from_outside_of_the_frames(
