@@ -68,11 +68,15 @@ def test_a_window_of_five_is_told_from_one_of_three(side: int, coloured: bool) -
         assert further == pytest.approx(1 / 18 if coloured else (side - 2) / side, abs=0.03)
 
 
-def test_noise_of_single_samples_has_no_weights() -> None:
-    """Three correlations of white noise, at 4.5 standard errors."""
+@pytest.mark.parametrize("wander_dn", [0.0, 2 * SIGMA_DN])
+def test_noise_of_single_samples_has_no_weights(wander_dn: float) -> None:
+    """Three correlations of white noise, at 4.5 standard errors, and of what comes after the next
+    one, whether whole frames wander or not: a black level that does was taken for a filter."""
     rng = np.random.default_rng(18)
     raw = 120 + SIGMA_DN * rng.standard_normal((FRAMES, HEIGHT, WIDTH))
-    found = correlations(lit(filled_in(raw), "rgb8"), MOSAIC)
+    raw += wander_dn * rng.standard_normal((FRAMES, 1, 1))
+    stack = lit(filled_in(raw), "rgb8")
+    found = [*correlations(stack, MOSAIC), beyond_the_next(stack, MOSAIC)]
     samples = FRAMES * (HEIGHT - 16) * (WIDTH - 16) / 2
     assert np.abs(found).max() < 4.5 / np.sqrt(samples)
 

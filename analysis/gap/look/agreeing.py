@@ -48,13 +48,14 @@ def _products(
     stack: Frames, lattices: Sequence[Lattice], lags: Callable[[int], tuple[int, ...]]
 ) -> Floats:
     """Of noise with itself so many samples further on, of those of a line's width, over its power
-    without that of rounding.
+    without that of rounding; what whole frames do is none of it.
     """
     alone = [one for one in lattices if stack.dn.ndim == 3 or one.channel != "G"]
     rows = []
     for lattice in alone:
         values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
         noise = values - values.mean(axis=0)
+        noise -= noise.mean(axis=(1, 2), keepdims=True)
         rows.append([lagged(noise.ravel(), lag) for lag in (0, *lags(noise.shape[2]))])
     power, *products = np.sum(rows, axis=0)
     return np.asarray(products) / max(float(power) - len(alone) * ROUNDING_DN2, 1e-9)
