@@ -92,6 +92,30 @@ def test_no_step_is_taken_to_a_camera_in_which_nothing_of_its_effect_is_left(
     assert confirm._nearer_with_it(found, gone) is found
 
 
+def test_a_spread_of_dark_current_that_was_lost_begins_anew() -> None:
+    """From no spread no step leads back, as what it moves it moves by a part of itself; some of the
+    fixed offsets are it as well. Darks of one exposure cannot tell one from the other."""
+    setting = look(record(camera(), PROTOCOL, {LAMP: light().rate_e_per_s}), {LAMP: light()})
+    assert setting is not None
+    known = around(base_of(camera(), [LAMP]), setting.scenery)
+
+    def begun(spread2: float, scenery: Scenery) -> list[float]:
+        base = dataclasses.replace(known.base, dark_spread2=spread2)
+        found: Any = SimpleNamespace(model=SimpleNamespace(base=base, scenery=scenery))
+        return [one.dark_spread2 for one in confirm._beginnings(found, known)]
+
+    one = setting.scenery
+    (dark,) = (shot for shot in one.shots if shot.dark)
+    longer = dataclasses.replace(dark, exposure_s=4 * dark.exposure_s)
+    two = dataclasses.replace(one, shots=(*one.shots, longer))
+    first = known.base.dark_spread2
+    assert begun(9.0, two) == [9.0, first]
+    assert begun(0.0, one) == [0.0, first]
+    *before, anew = begun(0.0, two)
+    assert before == [0.0, first]
+    assert anew > 0
+
+
 @pytest.mark.parametrize("told", [None, {"depth": 0.01}])
 @pytest.mark.parametrize(
     ("ends", "begun", "others"),
@@ -111,9 +135,11 @@ def test_what_leaves_something_is_calibrated_from_the_camera_before_it_as_well(
     seen: list[str] = []
     chosen: list[str] = []
 
+    monkeypatch.setattr(confirm, "lost_its_spread", lambda base, scenery: False)
+
     def step(base: str) -> Any:
         left = SimpleNamespace(held=SimpleNamespace(total=0.1))
-        model = SimpleNamespace(base=base, effects=(DustShadow(),))
+        model = SimpleNamespace(base=base, effects=(DustShadow(),), scenery=None)
         return SimpleNamespace(ends=base in ends and bool(seen), left=left, model=model)
 
     def calibrated(setting: Any, found: Any, effects: Any, base: str) -> Any:

@@ -42,7 +42,7 @@ def with_even_spread(
         scenery: their light and shots.
         effects: what the camera has besides.
     """
-    if not dark.quiet or len({shot.exposure_s for shot in scenery.shots if shot.dark}) < 2:
+    if not dark.quiet or not _tell_a_spread(scenery):
         return found
     spread, uneven = found.base.dark_spread2 > 0, found.base.dark_uneven > 0
     if spread and not uneven:
@@ -54,6 +54,21 @@ def with_even_spread(
         return found
     again = further(begun, seen, scenery)
     return again if again.deviance < found.deviance - WORTH_A_STEP else found
+
+
+def lost_its_spread(base: Base, scenery: Scenery) -> bool:
+    """Whether a camera has no spread of dark current where darks could tell one: a fit that came to
+    none has nothing to step back by. Beside frames that wander one came to none.
+
+    Args:
+        base: the camera.
+        scenery: light and shots.
+    """
+    return base.dark_spread2 == 0 and _tell_a_spread(scenery)
+
+
+def _tell_a_spread(scenery: Scenery) -> bool:
+    return len({shot.exposure_s for shot in scenery.shots if shot.dark}) > 1
 
 
 def part_of_the_offsets(base: Base, scenery: Scenery) -> Base:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from analysis.gap.calibrate.fit import Fit
+from analysis.gap.calibrate.hidden import lost_its_spread, part_of_the_offsets
 from analysis.gap.calibrate.refine import FITS, as_shown, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import does_nothing
@@ -64,12 +65,26 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
     much = closed(now.held.total, step.left.held.total) >= MUCH
     if step.ends or not much:
         return step
-    # a pursuit may have led the camera astray, and the one before it not
-    for base in (step.model.base, model.base):
+    for base in _beginnings(step, model):
         step = _nearer_with_it(step, _calibrated(setting, step, step.model.effects, base))
         if step.ends:
             return step
     return step if found.told else _with_other_choices(setting, step)
+
+
+def _beginnings(step: Step, model: Fit) -> Iterator[Base]:
+    """Where calibration with a suspect begins: a pursuit may have led the camera astray, and the
+    one before it not.
+
+    Args:
+        step: with the suspect.
+        model: the camera without it.
+    """
+    found, scenery = step.model.base, step.model.scenery
+    yield found
+    yield model.base
+    if lost_its_spread(found, scenery):
+        yield part_of_the_offsets(dataclasses.replace(found, dark_uneven=0.0), scenery)
 
 
 def _with_other_choices(setting: Setting, step: Step) -> Step:
