@@ -19,7 +19,7 @@ from tests.candidates import candidate
 
 def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
     """Unless it makes bodies differ: it was fitted in a space of its own, and others' errors say
-    nothing of it."""
+    nothing of it. Or the best leaves far more still."""
     best, near, far, drawn = (
         dataclasses.replace(candidate(name, score), misfit=misfit)
         for name, score, misfit in (
@@ -31,6 +31,9 @@ def test_a_rival_that_leaves_far_more_than_chance_is_not_tried() -> None:
     )
     drawn = dataclasses.replace(drawn, model=SimpleNamespace())
     assert _rivals(best, [best, far, near, drawn]) == [near, drawn]
+    led_astray = dataclasses.replace(best, misfit=40.0)
+    worse = dataclasses.replace(far, misfit=30.0)
+    assert _rivals(led_astray, [led_astray, worse, far]) == [far]
 
 
 def test_one_that_fits_is_a_rival_of_one_that_does_not() -> None:

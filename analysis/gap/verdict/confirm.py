@@ -35,6 +35,10 @@ TOO_MUCH_LEFT = 2.0
 """Misfit from which a rival is not tried, unless it makes bodies differ: it would leave far more
 than chance."""
 
+FAR_LESS = 0.5
+"""Part of the misfit of the best that such a rival leaves all the same: beside a level that wanders
+grains of dust were likelier than the distortion that it was, and left ten times as much of it."""
+
 NEARLY_CLOSED = 1e-3
 """What a rival may leave where the best leaves something beyond doubt."""
 
@@ -248,8 +252,9 @@ def _rivals(best: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]
     """
     others = [c for c in candidates if c is not best]
     least = max(LEAST_SCORE, SECOND_LOOK * best.score)
+    enough = max(TOO_MUCH_LEFT, FAR_LESS * best.misfit)
     by_score = [
-        c for c in others if c.score > least and (c.misfit < TOO_MUCH_LEFT or c.model is not None)
+        c for c in others if c.score > least and (c.misfit < enough or c.model is not None)
     ][:MOST_RIVALS]
     fitting = [c for c in others if c.score > LEAST_SCORE and c.misfit <= MISFIT < best.misfit]
     by_fit = sorted(fitting, key=lambda c: c.misfit)[:1]
