@@ -89,9 +89,9 @@ MOST_ALIKE = 1e12
 FIRST_RATIOS = (0.5, 2.0)
 FIRST_FRAMES = 4.0
 FIRST_SIZE = 3.0
-FIRST_SPREADS = (1.0, 0.2)
+ALIKE = 0.2
 """Where searches begin: t_up / t_down, correlation time in frames, jump in standard errors of noise
-where jumps differ, and how much they do."""
+where jumps differ, and how little they do where they are alike."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -164,10 +164,16 @@ def told_by_loud(pixels: Loud) -> Told | None:
             told=slope.T @ slope,
         )
 
-    best = fitted(RandomTelegraphNoise(), _beginnings(pixels))
-    if best.chance < UNLIKELY and _exposed_differently(pixels):
-        of_dark = fitted(RandomTelegraphNoise(of_dark_current=1.0), _beginnings(pixels))
-        best = max(best, of_dark, key=lambda one: one.chance)
+    laws = [RandomTelegraphNoise()]
+    if _exposed_differently(pixels):
+        laws.append(RandomTelegraphNoise(of_dark_current=1.0))
+    fits: list[_Fit] = []
+    # whatever fits is not looked for by another law, nor from another spread
+    for law, alike in itertools.product(laws, (False, True)):
+        fits.append(fitted(law, _beginnings(pixels, alike=alike)))
+        if fits[-1].chance >= UNLIKELY:
+            break
+    best = max(fits, key=lambda one: one.chance)
     inside = np.clip(best.at, RANGE[0] + STEP, RANGE[1] - STEP)
     other = fitted(dataclasses.replace(best.law, lognormal=1.0), [inside])
     likelier, other = sorted((best, other), key=lambda one: -one.chance)
@@ -223,24 +229,27 @@ def _told(found: _Fit) -> Told | None:
     return Told(hints=values, errors=errors | {"spread": float(of_spread)})
 
 
-def _beginnings(pixels: Loud) -> list[Floats]:
+def _beginnings(pixels: Loud, *, alike: bool) -> list[Floats]:
     """Where fits begin; see `RANGE`.
 
     A jump A that is half of the time up has the variance A^2 / 4; of jumps that differ the loud
     ones are the largest.
+
+    Args:
+        pixels: the loud ones.
+        alike: whether jumps hardly differ.
     """
     ground = pixels.grounds[0]
     share = 3.0 * pixels.pixels / pixels.samples
     noise_dn = np.sqrt(max(ground.variances_dn2[0], BETWEEN_CODES_DN2))
     louder = np.expm1(pixels.seen[HOW_LOUD])
-    sizes = FIRST_SIZE, 2.0 * np.sqrt(max(louder, 1.0))
+    size, spread = (2.0 * np.sqrt(max(louder, 1.0)), ALIKE) if alike else (FIRST_SIZE, 1.0)
+    jump_e = size * noise_dn / ground.gain_dn_per_e
     tau_s = FIRST_FRAMES * ground.intervals_s[0]
     lowest, highest = RANGE
-    begin = []
-    for (spread, size), ratio in itertools.product(
-        zip(FIRST_SPREADS, sizes, strict=True), FIRST_RATIOS
-    ):
-        jump_e = size * noise_dn / ground.gain_dn_per_e
-        at = np.append(np.log([share, jump_e, ratio, tau_s]), spread)
-        begin.append(np.clip(at, lowest + STEP, highest - STEP))
-    return begin
+    return [
+        np.clip(
+            np.append(np.log([share, jump_e, ratio, tau_s]), spread), lowest + STEP, highest - STEP
+        )
+        for ratio in FIRST_RATIOS
+    ]
