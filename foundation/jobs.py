@@ -68,6 +68,9 @@ QUIET = {
     "distributed.scheduler.allowed-failures": ALLOWED_DEATHS,
     "distributed.admin.large-graph-warning-threshold": "1GB",
     "distributed.worker.memory.spill": False,
+    # it looks at all threads' stacks a hundred times a second, and where Python collects garbage on
+    # that way (CPython issue 106883) a worker stands still for ever
+    "distributed.worker.profile.enabled": False,
     # Dask has a worker give freed memory back at once, and ask for it again: a fifth of its time
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 2**30,
     "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 2**25,

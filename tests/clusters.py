@@ -17,6 +17,10 @@ PATIENCE_S = 60
 QUIET = ("--no-dashboard", "--host", "127.0.0.1")
 
 
+UNWATCHED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
+"""As docs/exchange.md has it for workers that others begin."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Cluster:
     address: str
@@ -26,7 +30,7 @@ class Cluster:
 def start(*words: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         [sys.executable, "-m", *words],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, **UNWATCHED, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

@@ -48,6 +48,18 @@ def test_threads_give_the_results_of_a_plain_loop_in_the_order_of_the_cases(alon
         assert sum(told) == len(SEEDS)
 
 
+@pytest.mark.parametrize("scheduler", [None, "processes"])
+def test_nobody_looks_at_the_stacks_of_threads(scheduler: str | None) -> None:
+    """A worker that does so stands still for ever if garbage is collected meanwhile."""
+
+    def watched(_: object, case: int) -> list[str]:
+        return sorted(distributed.get_worker().periodic_callbacks)
+
+    for found in run(watched, {"one": 1, "two": 2}, threads=2, scheduler=scheduler).values():
+        assert "heartbeat" in found
+        assert not [name for name in found if name.startswith("profile")]
+
+
 def test_no_case_is_no_work() -> None:
     assert run(draws(), {}) == {}
 
