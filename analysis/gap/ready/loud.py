@@ -186,7 +186,6 @@ def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, f
         variance += np.square(x).sum(axis=0)
         freedom += len(x) - 1
         scaled.append(x)
-    longest = np.square(scaled[int(np.argmax(ground.darkness_s))]).sum(axis=0) / variance
     variance /= freedom
     is_loud = variance > ground.threshold
     variance = variance[is_loud]
@@ -202,7 +201,8 @@ def figures_of(shots: Sequence[Stack], ground: Ground, quartiles: tuple[float, f
     usual = ~little & (louder < quartiles[1])
     figures = [np.ones(len(variance)), louder, usual, *stays, leans, little]
     if len(shots) > 1:
-        figures.append(longest[is_loud])
+        longest = chosen[int(np.argmax(ground.darkness_s))]
+        figures.append(np.square(longest).sum(axis=0) / (freedom * variance))
     return np.stack(figures).astype(np.float64)
 
 
