@@ -109,22 +109,6 @@ def test_noise_of_other_kinds_is_no_chain() -> None:
     assert told(noise(9) + 40.0 * some, noise(10) + 40.0 * some) is None
 
 
-@pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_pixels_that_never_change_are_none_of_the_loud_ones() -> None:
-    """As of darks that are clipped: nothing is divided by what they vary."""
-    rng = np.random.default_rng(11)
-    has = rng.uniform(size=(HEIGHT, WIDTH)) < 0.01
-    jumps_dn = GAIN_DN_PER_E * rng.exponential(300.0, has.shape) * has
-    still = np.arange(HEIGHT)[:, None] < 20
-    shots = [
-        np.where(still, 0.0, jumps_dn * levels(has.shape, 0.5, 1.0, 20 + k) + noise(k))
-        for k in range(2)
-    ]
-    found = told(*shots)
-    assert found is not None
-    assert np.isfinite(list(found.errors.values())).all()
-
-
 def test_pixels_that_all_do_the_same_tell_no_chance() -> None:
     """Without noise thirty pixels jump in the same frames, as in no body: their figures have no
     covariance, and there is nothing to count errors by."""
