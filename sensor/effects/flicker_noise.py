@@ -19,15 +19,15 @@ class FlickerNoise(Effect):
     """The output transistor's traps hold and release charge at all rates: noise of spectrum 1/f.
 
         e(t) += s sum_k sqrt(w_k / P) (a_k cos(2 pi k t / L) + b_k sin(2 pi k t / L)),
-        w_k = atan(2 pi k T / L) / k^a,  k = 1 to L/2,    P = sum of all w_k
+        w_k = atan(2 pi k T / L) / k^q,  k = 1 to L/2,    P = sum of all w_k
 
     over a frame of L pixels in the order of the read-out, t = y W + x, with a_k and b_k standard
     normal and T the time constant of the slowest trap: variance s^2, two-sided spectrum
     S(k / L) = s^2 L w_k / (2 P). One trap gives T_i / (1 + (2 pi f T_i)^2), and as many in every
-    octave of T_i up to T give atan(2 pi f T) / f: equal power in every octave above 1 / (2 pi T),
+    octave of T_i up to T give q = 1: equal power in every octave above 1 / (2 pi T),
     so that the variance of means over m pixels falls as the logarithm of m, where that of
     independent noise falls as 1/m; and white noise below. Where slow traps are more than fast ones
-    the power falls faster, as 1/f^a with a somewhat above 1, and where they are fewer slower.
+    the power falls faster, with q somewhat above 1, and where they are fewer slower.
 
     Frames are independent, as the clamp is set again before each. It takes the mean of a frame off,
     all of it where many dark pixels tell it and nothing where none do; then L is the pixels of two

@@ -26,9 +26,8 @@ class RandomTelegraphNoise(Effect):
 
     Over the affected photosites A = a E^s / Gamma(1 + s) with E exponential of mean 1: of mean a
     for each s, exponential for s = 1, the same in all for s = 0. Or ln(A / a) is normal, of mean
-    -s^2 / 2 and standard deviation s. A trap that makes dark current
-    makes more in longer exposures and in the heat, and what it makes is a Poisson count of the mean
-    A (t / 0.1 s) 2^((T - 29 degC) / 8 degC).
+    -s^2 / 2 and standard deviation s. A trap that makes dark current makes more in longer
+    exposures and in the heat, a Poisson count of the mean A (t / 0.1 s) 2^((T - 29 degC) / 8 degC).
 
     Consequence: an affected photosite shows two levels and no more, with variance A^2 p (1 - p)
     and correlation exp(-k interval / tau) between frames k apart. Independent noise of equal
