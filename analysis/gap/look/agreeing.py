@@ -28,6 +28,10 @@ Floats = NDArray[np.float64]
 LEAST_CORRELATION = 0.02
 """Of a sample with the next one, from which a filter is told: charge that spreads makes less."""
 
+WANDERS = 0.05
+"""Part of the power of noise that both halves of a picture share, from which whole frames wander. A
+filter leaves them a few thousandths, by chance."""
+
 OF_CORNERS = 2 / 5
 WITHIN = 0.05
 """Of that correlation, in lit frames of every level: that it comes out so without such a demosaicer
@@ -48,14 +52,17 @@ def _products(
     stack: Frames, lattices: Sequence[Lattice], lags: Callable[[int], tuple[int, ...]]
 ) -> Floats:
     """Of noise with itself so many samples further on, of those of a line's width, over its power
-    without that of rounding; what whole frames do is none of it.
+    without that of rounding. What whole frames do is none of it, where both halves of a picture
+    tell it: to take the mean of a frame off would take some of what neighbours share.
     """
     alone = [one for one in lattices if stack.dn.ndim == 3 or one.channel != "G"]
     rows = []
     for lattice in alone:
         values = lattice.of(np.asarray(stack.dn[:HINT_FRAMES])).astype(np.float32)
         noise = values - values.mean(axis=0)
-        noise -= noise.mean(axis=(1, 2), keepdims=True)
+        left, right = (half.mean(axis=(1, 2)) for half in np.array_split(noise, 2, axis=2))
+        if float((left * right).mean()) > WANDERS * float(np.square(noise).mean()):
+            noise -= noise.mean(axis=(1, 2), keepdims=True)
         rows.append([lagged(noise.ravel(), lag) for lag in (0, *lags(noise.shape[2]))])
     power, *products = np.sum(rows, axis=0)
     return np.asarray(products) / max(float(power) - len(alone) * ROUNDING_DN2, 1e-9)
