@@ -11,7 +11,7 @@ import drjit as dr
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
 from sensor.stream import Stream
-from sensor.thermal import DOUBLING_C, thermal_growth
+from sensor.thermal import DOUBLING_C, darkness_s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +59,7 @@ class DarkCurrent(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        growth = thermal_growth(signal.shot, self.doubling_c)
-        mean_e = self.mean_e_per_s * growth * signal.shot.exposure_s
+        mean_e = self.mean_e_per_s * darkness_s(signal.shot, self.doubling_c)
         s = math.sqrt(math.log1p(self.spread**2))
         pattern = stream.body.normal(*signal.shape[1:])
         return signal.replace(signal.value + mean_e * dr.exp(s * pattern - s * s / 2))

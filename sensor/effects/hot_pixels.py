@@ -10,7 +10,7 @@ import drjit as dr
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
 from sensor.stream import Stream
-from sensor.thermal import DOUBLING_C, thermal_growth
+from sensor.thermal import darkness_s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +52,7 @@ class HotPixels(Effect):
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
-        mean_e = self.rate_e_per_s * thermal_growth(signal.shot, DOUBLING_C)
-        mean_e *= signal.shot.exposure_s
+        mean_e = self.rate_e_per_s * darkness_s(signal.shot)
         shape = signal.shape[1:]
         hot = stream.body.uniform(*shape, use="where") < self.density
         excess = -mean_e * dr.log(1.0 - stream.body.uniform(*shape, use="rate"))

@@ -12,7 +12,7 @@ import drjit as dr
 from sensor.effect import Effect, Stage, parameter, switch
 from sensor.signal import Signal
 from sensor.stream import Stream
-from sensor.thermal import DOUBLING_C, thermal_growth
+from sensor.thermal import darkness_s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,8 +132,7 @@ class RandomTelegraphNoise(Effect):
         trap = lane - frame * lanes
         drawn = -dr.log(1.0 - stream.body.uniform(lanes, use="size").array)
         normal = stream.body.normal(lanes, use="size").array
-        darkness_s = signal.shot.exposure_s * thermal_growth(signal.shot, DOUBLING_C)
-        size = self.mean_e(darkness_s) * self.sizes(drawn, normal)
+        size = self.mean_e(darkness_s(signal.shot)) * self.sizes(drawn, normal)
         dr.eval(places, size)
         real = trap < dr.opaque(index, traps)
         shift = dr.select(state, dr.gather(flat, size, trap), 0.0)

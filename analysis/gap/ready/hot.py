@@ -28,7 +28,7 @@ from analysis.gap.ready.hints import Told
 from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
-from sensor.thermal import DOUBLING_C, thermal_growth
+from sensor.thermal import darkness_s
 
 STANDS_OUT = 8.0
 """Standard errors above its surroundings at which a sample leaks: no fixed pattern is as wide."""
@@ -60,9 +60,7 @@ def hot(setting: Setting) -> Told | None:
     if found is None:
         return None
     density, excess_e, number = found
-    growth = thermal_growth(longest.shot, DOUBLING_C)
-    rate = excess_e / (growth * longest.shot.exposure_s)
-    hints = {"density": density, "rate_e_per_s": rate}
+    hints = {"density": density, "rate_e_per_s": excess_e / darkness_s(longest.shot)}
     errors = {name: value / float(np.sqrt(number)) for name, value in hints.items()}
     return Told(hints=hints, errors=errors)
 

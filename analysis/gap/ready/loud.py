@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from analysis.gap.look.lattices import Lattice
 from sensor.frame_times import interval_of
 from sensor.frames import Frames
-from sensor.thermal import DOUBLING_C, thermal_growth
+from sensor.thermal import darkness_s
 
 Floats = NDArray[np.float64]
 Stack = NDArray[np.float32]
@@ -142,9 +142,7 @@ def loud(
             samples=shots[0].shape[1],
             gain_dn_per_e=gain_dn_per_e[lattice.channel],
             intervals_s=tuple(interval_of(stack.shot) for stack in stacks),
-            darkness_s=tuple(
-                stack.shot.exposure_s * thermal_growth(stack.shot, DOUBLING_C) for stack in stacks
-            ),
+            darkness_s=tuple(darkness_s(stack.shot) for stack in stacks),
             variances_dn2=tuple(float(np.median(dn.var(axis=0, ddof=1))) for dn in shots),
             levels_dn=np.array([dn.mean(axis=0) for dn in shots], dtype=np.float64),
             frames=tuple(len(dn) for dn in shots),

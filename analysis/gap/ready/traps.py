@@ -55,7 +55,7 @@ CHANCE = 1e-4
 """Of what is left of the figures, below which it was no traps."""
 
 UNLIKELY = 0.05
-"""The same of jumps that are as far in any exposure, below which they may be dark current."""
+"""The same, below which traps are looked for by another law, and from another spread."""
 
 LEAST_TIMES = 1.5
 """Between the shortest and the longest exposure that tell one law from the other."""

@@ -122,10 +122,13 @@ def _jumping(setting: Setting) -> Told | None:
     if chain is None:
         return None
     # somebody else's traps may jump by other laws
-    last = Told(hints=chain.hints, exact=False)
-    if chain.instead is None:
-        return dataclasses.replace(chain, instead=last)
-    return dataclasses.replace(chain, instead=dataclasses.replace(chain.instead, instead=last))
+    return _at_last(chain, Told(hints=chain.hints, exact=False))
+
+
+def _at_last(told: Told, last: Told) -> Told:
+    """What is told, and as it may be told otherwise, with one more at the end."""
+    instead = last if told.instead is None else _at_last(told.instead, last)
+    return dataclasses.replace(told, instead=instead)
 
 
 def _smoothed(setting: Setting) -> Told | None:
