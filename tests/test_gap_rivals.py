@@ -123,18 +123,6 @@ def test_a_rival_that_was_tried_and_leaves_far_more_is_beaten(
     assert choice.beaten == {"flicker_noise"}
 
 
-def test_the_best_is_not_in_the_class_of_a_rival_that_leaves_nothing_if_it_is_beaten(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Grains of dust were likeliest for a distortion, and left something beyond doubt;
-    where what the best leaves is less certain it stays."""
-    for chance, beaten in ((1e-35, True), (1e-9, False)):
-        choice = taken(monkeypatch, {"dust_shadow": (0.11, chance), "gamma": (-0.2, 0.4)}).choice
-        assert choice.best.name == "gamma"
-        assert [one.name for one in choice.alike] == ([] if beaten else ["dust_shadow"])
-        assert (choice.beaten == {"dust_shadow"}) is beaten
-
-
 @pytest.mark.parametrize(
     ("rival", "first"),
     [("veiling_glare", "veiling_glare"), ("dust_shadow", "lateral_chromatic_aberration")],

@@ -203,7 +203,7 @@ def likeliest_step(
         return step
     # where the best is wrong beyond doubt, a rival may leave a little
     enough = NEARLY_CLOSED if not_it or step.left.whole.p_value < CERTAIN else SIGNIFICANCE
-    beaten: set[str] = set()
+    beaten = set()
     for other in _rivals(choice.best, candidates):
         # a drawn pattern is wide enough to leave little of whatever is wrong with a picture
         wide = other.name in DRAWN
@@ -213,14 +213,13 @@ def likeliest_step(
         if _is_no_cause(instead, now):
             continue
         if instead.left.whole.p_value >= enough:
-            if _far_nearer(instead.left, step.left):
-                beaten.add(choice.best.name)
-            return dataclasses.replace(instead, choice=instead.choice.without(beaten), ends=True)
+            return dataclasses.replace(instead, ends=True)
         if not (not_it or wide) and _far_nearer(instead.left, step.left):
             return instead
         if _far_nearer(step.left, instead.left):
             beaten.add(other.name)
-    return None if not_it else dataclasses.replace(step, choice=step.choice.without(beaten))
+    first = dataclasses.replace(step.choice, beaten=frozenset(beaten))
+    return None if not_it else dataclasses.replace(step, choice=first)
 
 
 def _far_nearer(one: Measured, other: Measured) -> bool:

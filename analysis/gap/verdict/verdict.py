@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,15 +129,6 @@ class Choice:
             probability=CLOSES_ALONE,
             by_name=by_name | {other.name: CLOSES_ALONE},
         )
-
-    def without(self, beaten: Collection[str]) -> Choice:
-        """The same with none of those in its class that were tried and leave far more.
-
-        Args:
-            beaten: their names.
-        """
-        alike = tuple(c for c in self.alike if c.name not in beaten)
-        return dataclasses.replace(self, alike=alike, beaten=self.beaten | set(beaten))
 
 
 CLOSES_ALONE = 0.45
