@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR
+from analysis.gap.calibrate.figure_errors import PRIOR_FREEDOM
+from analysis.gap.calibrate.fit import TWINS
+from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR, MODEL_ERROR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.suspects.first_look import NEARLY_FITS, WEAKEST
 from analysis.gap.suspects.pursue import LEAVES_SOME
@@ -47,6 +49,10 @@ FIGURES = {
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
     "KEY_SHOTS": f"{KEY_SHOTS}",
     "LIGHT_FLOOR": f"{100 * LIGHT_FLOOR:g} %",
+    "MODEL_ERROR": f"{100 * MODEL_ERROR:g} %",
+    "MOST_Z": f"{1 / MODEL_ERROR:g}",
+    "TWINS": f"{TWINS}",
+    "FREEDOM_OF_TWINS": f"{TWINS - 1 + PRIOR_FREEDOM:g}",
     "LARGE": f"{LARGE:g}",
     "LEAST_PART": f"{LEAST_PART:g}",
     "EDGE_FLOOR_PX": f"{EDGE_FLOOR_PX:g}",

@@ -76,7 +76,11 @@ class Gap:
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """One place where real and simulated frames differ; z is in standard errors, size in `unit`."""
+    """One place where real and simulated frames differ; z is in standard errors, size in `unit`.
+
+    The error of a statistic has 5 % of its difference in it (`calibrate.space.MODEL_ERROR`), so
+    that its z saturates near 20; that of the mean of a panel and of a first frame does not.
+    """
 
     family: str
     statistic: str

@@ -1,8 +1,10 @@
 """How far a capture is from its model: by family, in total, and how rarely chance goes as far.
 
-    G = (delta' C^-1 delta - d) / d        0 on average where nothing is wrong
+    G = (n' n - expected) / expected        0 on average where nothing is wrong
 
-The d of a family is what twins of the model show of themselves, each against the others: what
+Here n is what calibration leaves of the difference, in standard errors that have a part of the
+difference itself in them (`MODEL_ERROR`), as normal deviates of equal chance (`believed`). What is
+expected of a family is what twins of the model show of themselves, each against the others: what
 figures have in common, and what calibration takes up, is in it.
 """
 
