@@ -13,23 +13,47 @@ from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR, MODEL_ERROR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.gap.suspects.first_look import NEARLY_FITS, WEAKEST
 from analysis.gap.suspects.pursue import LEAVES_SOME
+from analysis.gap.verdict.caps import (
+    A_REMAINDER,
+    CONTESTED,
+    LARGEST_MISMATCH,
+    MOST_AGAINST,
+    MOST_BUT_TEXTURE,
+    MOST_CERTAIN,
+    MOST_IN_PART,
+    NEARLY_ALL,
+    OF_ROWS,
+    WIDEST_PATCH,
+)
 from analysis.gap.verdict.closing import LARGE, LEAST_PART
 from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
-from analysis.gap.verdict.later import LEADS, LEAST_WHERE_LITTLE, LITTLE_IS_LEFT
+from analysis.gap.verdict.later import (
+    LEADS,
+    LEAST_OF_A_LATER,
+    LEAST_WHERE_LITTLE,
+    LITTLE_IS_LEFT,
+    PART_OF_THE_FIRST,
+)
 from analysis.gap.verdict.remainder import RIGHT_TO
 from analysis.gap.verdict.strength import OF_A_SEARCH
-from analysis.gap.verdict.trust import OF_ONE_THAT_STANDS_OUT
+from analysis.gap.verdict.trust import DOUBT, IN_PAIR, LATER, LIKELIER, OF_ONE_THAT_STANDS_OUT
 from analysis.gap.verdict.verdict import (
     BEYOND_CALIBRATION,
     CLASS_SIZE,
+    CLOSES_ALONE,
+    DOUBTED,
     EQUIVALENT,
     LEAST_SCORE,
     LEAST_SHRINK,
     MARGIN,
     MARGIN_OF_SCORE,
     MAY_BE_NOTHING,
+    MOST_OF_A_CROWD,
+    NARROWEST_PATCH_PX,
     SIGNIFICANCE,
     TELLS_LITTLE,
+    TEMPER,
+    WEAK,
 )
 from analysis.gap_bench.count import lines
 from analysis.gap_bench.page import confusions, limits_table, probabilities, table
@@ -76,6 +100,29 @@ FIGURES = {
     "LITTLE_IS_LEFT": f"{LITTLE_IS_LEFT:g}",
     "OF_ONE_THAT_STANDS_OUT": f"{OF_ONE_THAT_STANDS_OUT:g}",
     "OF_A_SEARCH": f"{OF_A_SEARCH:g}",
+    "TEMPER": f"{TEMPER:g}",
+    "DOUBTED": f"{DOUBTED:g}",
+    "WEAK_TO": f"{WEAK[0]:g}",
+    "WEAK_FROM": f"{WEAK[1]:g}",
+    "MOST_CERTAIN": f"{MOST_CERTAIN:g}",
+    "MOST_IN_PART": f"{MOST_IN_PART:g}",
+    "MOST_AGAINST": f"{MOST_AGAINST:g}",
+    "MOST_BUT_TEXTURE": f"{MOST_BUT_TEXTURE:g}",
+    "NEARLY_ALL": f"{100 * NEARLY_ALL:g} %",
+    "OF_ROWS": ", ".join(f"`{name}`" for name in sorted(OF_ROWS)),
+    "CONTESTED": f"{100 * CONTESTED:g} %",
+    "WIDEST_PATCH": f"{WIDEST_PATCH:g}",
+    "NARROWEST_PATCH_PX": f"{NARROWEST_PATCH_PX:g}",
+    "LARGEST_MISMATCH": f"{LARGEST_MISMATCH:g}",
+    "A_REMAINDER": f"{100 * A_REMAINDER:g} %",
+    "LEAST_OF_A_LATER": f"{LEAST_OF_A_LATER:g}",
+    "PART_OF_THE_FIRST": f"{100 * PART_OF_THE_FIRST:g} %",
+    "LATER": f"{LATER:g}",
+    "DOUBT": f"{DOUBT:g}",
+    "IN_PAIR": f"{IN_PAIR:g}",
+    "MOST_OF_A_CROWD": f"{MOST_OF_A_CROWD:g}",
+    "CLOSES_ALONE": f"{CLOSES_ALONE:g}",
+    "LIKELIER": f"{LIKELIER:g}",
 }
 
 
