@@ -165,7 +165,8 @@ class Effect(abc.ABC):
         name: as `camtruth effects` lists it.
         stage: where in the signal path it acts.
         position: order among the effects of its stage, smaller first.
-        quantity: what the signal must be; the stage's own unless overridden.
+        quantity_override: what the signal must be, where it is not what its stage has; see
+            `quantity`.
         base: whether it is a term of the paper's equation (1).
         reference: where the model is from.
         history_frames: how many earlier frames it needs to make one (lag, filters in time).
