@@ -68,7 +68,7 @@ def publish(score: Path, answered_by: str) -> None:
         scratch.write_text(json.dumps(kept, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
-HEADS = ("set", "cases", "answered by commit", "nulls called different",
+HEADS = ("set", "its name", "cases", "answered by commit", "nulls called different",
          "catalogue: seen, named right", "other people's code: seen, named right",
          "in no catalogue: called unexplained", "pairs: both found",
          "intervals that hold the strength", "confidently wrong")  # fmt: skip
@@ -94,6 +94,7 @@ def _line(number: int, document: Document) -> tuple[str, ...]:
     held = [one for m in of(*OWN) for one in m.covered]
     return (
         str(number),
+        document["set"],
         str(len(marks)),
         document["answered_by"],
         _part(m.detected for m in of("null")),

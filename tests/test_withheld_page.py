@@ -25,7 +25,8 @@ def test_sets_are_numbered_without_a_gap_and_none_is_told_twice() -> None:
 def test_a_set_is_counted_by_its_marks() -> None:
     line = next(row for row in set_by_set(sets()).splitlines() if row.startswith("| 19 "))
     assert line == (
-        "| 19 | 50 | 7845d33 | 1 of 10 | 2 of 4, 2 | 7 of 7, 5 | 5 of 6 | 1 of 3 | 8 of 9 | 1 |"
+        "| 19 | nineteenth | 50 | 7845d33 | 1 of 10 | 2 of 4, 2 | 7 of 7, 5 | 5 of 6 | 1 of 3"
+        " | 8 of 9 | 1 |"
     )
 
 

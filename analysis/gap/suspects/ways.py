@@ -23,13 +23,14 @@ Way = tuple[Base, Effect]
 AS_LIKELY = 1.2
 """Times the misfit of a suspect's likeliest choice up to which another may be the right one. The
 camera is not calibrated with it yet: halves that go up move a black level that can be found. The
-right one of OpenCV's chroma had 1.09 in a case of the fourteenth set of withheld effects, that of
-the catalogue's 1.14 in one of the seventeenth."""
+right one of OpenCV's chroma had 1.09 in a case of set 14 of withheld effects, that of
+the catalogue's 1.14 in one of set 17."""
 
 MAYBE_LIKELY = 2.0
 """The same of a camera with the noise that it was calibrated with, not twice of it: a quiet one is
 hardly any quieter behind a cable, and its darks tell how quiet. The right choice had 1.4 times the
-misfit of the likeliest with twice the noise, and a third of it as it was (the set of seed 21)."""
+misfit of the likeliest with twice the noise, and a third of it as it was (set 20 of withheld
+effects)."""
 
 LED = 0.9
 """Part of what a suspect left as it was found, below which a way led somewhere."""

@@ -72,7 +72,7 @@ HIDE_A_CONVERTER = frozenset({Stage.PROCESSING, Stage.TRANSPORT})
 WIDEST_PATCH = 0.45
 """Part of the shorter side of a picture that the standard deviation of a patch of light does not
 pass. One that is wider lights all of the picture, as a veil does: of the bench (seeds 12 to 24) and
-of the thirteenth set of withheld effects six were named that were wider, 0.48 to 1.13, five for a
+of set 13 of the withheld effects six were named that were wider, 0.48 to 1.13, five for a
 veil and one for a gamma; of ten narrower ones seven were right, 0.22 to 0.39."""
 
 

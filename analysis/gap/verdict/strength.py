@@ -125,7 +125,7 @@ def least_error(p: Parameter, value: float, score: float) -> float:
     1 / (r z) of its strength, and none here grows faster than a square. That of a threshold is
     taken as the octaves that lie above it, with which it grows as they do: how fast such an effect
     sets in is in the light. By a square errors of eight thresholds of a correction of defects
-    (seeds 23 to 35 of the bench, and the set of seed 21) were 1.9 times too small.
+    (seeds 23 to 35 of the bench, and set 20 of the withheld effects) were 1.9 times too small.
     """
     assert p.identity is not None, "a strength has a value at which the effect vanishes"
     z = float(np.sqrt(max(score, 1.0)))
