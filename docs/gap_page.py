@@ -11,7 +11,7 @@ from analysis.gap.calibrate.figure_errors import PRIOR_FREEDOM
 from analysis.gap.calibrate.fit import TWINS
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR, MODEL_ERROR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
-from analysis.gap.suspects.first_look import NEARLY_FITS, WEAKEST
+from analysis.gap.suspects.first_look import LITTLE, NEARLY_FITS, WEAKEST
 from analysis.gap.suspects.pursue import LEAVES_SOME
 from analysis.gap.verdict.caps import (
     A_REMAINDER,
@@ -89,6 +89,7 @@ FIGURES = {
     "MARGIN": f"{MARGIN:g}",
     "NEARLY_FITS": f"{NEARLY_FITS:g}",
     "WEAKEST": f"{WEAKEST:g}",
+    "LITTLE": f"{LITTLE:g}",
     "LEAVES_SOME": f"{LEAVES_SOME:g}",
     "MAY_BE_NOTHING": f"{MAY_BE_NOTHING:g}",
     "TELLS_LITTLE": f"{TELLS_LITTLE:g}",
