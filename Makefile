@@ -1,5 +1,6 @@
 # One command per habit. Each target stands alone: on a fresh machine with Python 3.11 or newer and
 # make, it builds .venv from requirements.lock first; afterwards it starts at once.
+# `make lock` alone needs uv.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -76,7 +77,10 @@ PIXELS ?= rgb8
 another-camera: $(READY)  ## the diagnosis on a NumPy camera, fault by fault: docs/another-camera.md
 	$(BIN)/python -m docs.another_camera_page --pixels $(PIXELS)
 
-docs: $(READY)  ## write docs/effects.md and the README's figure anew (from the files of a demo)
+DEMO := camtruth-out/demo
+
+docs: $(READY)  ## write the pages and figures that docs/make.py lists (a demo first, if there is none)
+	test -f $(DEMO)/capture/capture.toml || $(BIN)/camtruth demo --overwrite
 	$(BIN)/python docs/make.py
 
 format: $(READY)
@@ -106,7 +110,9 @@ $(READY): requirements.lock pyproject.toml
 	  --editable .
 	@touch $@
 
-lock:
+lock:  ## make requirements.lock anew from pyproject.toml; needs uv
+	@command -v uv >/dev/null || { echo "make: no uv; expected it on the path, as it resolves" \
+	  "requirements.lock; install it (pip install uv)" >&2; exit 1; }
 	uv pip compile pyproject.toml --group build --extra dev --extra exchange --universal --python-version 3.11 \
 	  --fork-strategy fewest --no-header --no-annotate --quiet --output-file requirements.lock.new
 	{ head -2 requirements.lock; grep -v "python_full_version >= '3.15'" requirements.lock.new \

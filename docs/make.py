@@ -1,6 +1,16 @@
-"""Write what the documentation takes from the code: the catalogue page and the figures.
+"""Write what the documentation takes from the code and from docs/results/.
 
-Run by `make docs`. The README's figure comes from the files of a demo (`make demo` first).
+    effects.md, figures/effects/                     the catalogue
+    bias.md, figures/bias/                           from `make bias`
+    decisions/i400-debiased.md                       from `make bias`
+    study-gradient-quantization.md, study-noise.svg  from `make study`
+    camtruth-out/docs/                               the paper's figures beside ours, and the study
+    light.md, figures/light/                         the light
+    gap.md                                           from `make bench-gap`
+    figures/overview.svg                             README's figure, from the files of a demo
+
+Run by `make docs`, which runs the demo first if there is none. `make withheld` and
+`make another-camera` write their own pages.
 """
 
 from __future__ import annotations
@@ -69,6 +79,8 @@ def _jpeg(pixels: object) -> str:
 
 def main() -> None:
     """Write all of it."""
+    if not (DEMO / "capture" / "capture.toml").is_file():
+        sys.exit(f"docs: no demo in {DEMO}; expected its files for a figure; run 'make demo'")
     with new_file(HERE / "effects.md") as scratch:
         scratch.write_text(catalogue_page(), encoding="utf-8")
     write_figures(HERE / "figures" / "effects")
@@ -78,8 +90,6 @@ def main() -> None:
     write_reproduction()
     write_light_page()
     write_gap_page()
-    if not DEMO.is_dir():
-        sys.exit(f"docs: no {DEMO}; expected the files of a demo for the figure; run 'make demo'")
     with new_file(HERE / "figures" / "overview.svg") as scratch:
         scratch.write_text(overview(), encoding="utf-8")
 
