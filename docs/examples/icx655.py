@@ -1,4 +1,4 @@
-"""Fit the camera `icx655` to real frames: `python docs/decisions/icx655.py FOLDER`.
+"""Fit the camera `icx655` to real frames: `python docs/examples/icx655.py FOLDER`.
 
 FOLDER holds `dark_frames/` and `disks/`: 8-bit Bayer frames (GBRG) of a Sony ICX655AQ in a Point
 Grey FL3-GE-50S5C at 48 degrees Celsius, one frame for each of seven narrow bands and seven
