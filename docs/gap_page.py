@@ -11,33 +11,7 @@ from analysis.gap.calibrate.figure_errors import PRIOR_FREEDOM
 from analysis.gap.calibrate.fit import TWINS
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR, MODEL_ERROR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
-from analysis.gap.suspects.first_look import LITTLE, NEARLY_FITS, WEAKEST
-from analysis.gap.suspects.pursue import LEAVES_SOME
-from analysis.gap.verdict.caps import (
-    A_REMAINDER,
-    CONTESTED,
-    LARGEST_MISMATCH,
-    MOST_AGAINST,
-    MOST_BUT_TEXTURE,
-    MOST_CERTAIN,
-    MOST_IN_PART,
-    NEARLY_ALL,
-    OF_ROWS,
-    WIDEST_PATCH,
-)
-from analysis.gap.verdict.closing import LARGE, LEAST_PART
-from analysis.gap.verdict.follow import ASTRAY, MOST_EFFECTS
-from analysis.gap.verdict.later import (
-    LEADS,
-    LEAST_OF_A_LATER,
-    LEAST_WHERE_LITTLE,
-    LITTLE_IS_LEFT,
-    PART_OF_THE_FIRST,
-)
-from analysis.gap.verdict.remainder import RIGHT_TO
-from analysis.gap.verdict.strength import OF_A_SEARCH
-from analysis.gap.verdict.trust import DOUBT, IN_PAIR, LATER, LIKELIER, OF_ONE_THAT_STANDS_OUT
-from analysis.gap.verdict.verdict import (
+from analysis.gap.search.choice import (
     BEYOND_CALIBRATION,
     CLASS_SIZE,
     CLOSES_ALONE,
@@ -55,6 +29,32 @@ from analysis.gap.verdict.verdict import (
     TEMPER,
     WEAK,
 )
+from analysis.gap.search.closing import LARGE, LEAST_PART
+from analysis.gap.search.follow import ASTRAY, MOST_EFFECTS
+from analysis.gap.search.later import (
+    LEADS,
+    LEAST_OF_A_LATER,
+    LEAST_WHERE_LITTLE,
+    LITTLE_IS_LEFT,
+    PART_OF_THE_FIRST,
+)
+from analysis.gap.search.remainder import RIGHT_TO
+from analysis.gap.suspects.first_look import LITTLE, NEARLY_FITS, WEAKEST
+from analysis.gap.suspects.pursue import LEAVES_SOME
+from analysis.gap.verdict.caps import (
+    A_REMAINDER,
+    CONTESTED,
+    LARGEST_MISMATCH,
+    MOST_AGAINST,
+    MOST_BUT_TEXTURE,
+    MOST_CERTAIN,
+    MOST_IN_PART,
+    NEARLY_ALL,
+    OF_ROWS,
+    WIDEST_PATCH,
+)
+from analysis.gap.verdict.strength import OF_A_SEARCH
+from analysis.gap.verdict.trust import DOUBT, IN_PAIR, LATER, LIKELIER, OF_ONE_THAT_STANDS_OUT
 from analysis.gap_bench.count import lines
 from analysis.gap_bench.page import confusions, limits_table, probabilities, table
 from analysis.gap_bench.run import Place

@@ -12,7 +12,7 @@ import pytest
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.signature import starts
 from analysis.gap.ready.hints import Told
-from analysis.gap.suspects import anew, beginnings, valley, ways
+from analysis.gap.suspects import anew, beginnings, starting_points, valley
 from analysis.gap.suspects.beginnings import LOUDER, as_dark, choices, every_choice
 from sensor.effects.ambient_light import AmbientLight
 from sensor.effects.black_level_drift import BlackLevelDrift
@@ -114,8 +114,8 @@ def test_where_frames_tell_a_camera_the_light_is_not_that_of_another_one(
 
     monkeypatch.setattr(anew, "refine", refine)
     monkeypatch.setattr(anew, "refined", refined)
-    monkeypatch.setattr(ways, "refined", refined)
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
+    monkeypatch.setattr(starting_points, "refined", refined)
+    monkeypatch.setattr(starting_points, "counted", lambda found, seen, scenery: found)
     monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
     ambient = AmbientLight(rate_e_per_s=2e5)
     as_it_was = SimpleNamespace(light="as it was", rules=())
@@ -156,9 +156,9 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
 
     monkeypatch.setattr(anew, "refine", refine)
     monkeypatch.setattr(anew, "refined", refined)
-    monkeypatch.setattr(ways, "refined", refined)
-    monkeypatch.setattr(ways, "as_dark", lambda found, seen: found.base)
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
+    monkeypatch.setattr(starting_points, "refined", refined)
+    monkeypatch.setattr(starting_points, "as_dark", lambda found, seen: found.base)
+    monkeypatch.setattr(starting_points, "counted", lambda found, seen, scenery: found)
     monkeypatch.setattr(anew, "_scored", lambda case, found, base, effect: found)
     soft = dataclasses.replace(BASE, blur_px2=0.2)
     rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
@@ -185,11 +185,11 @@ def test_choices_that_are_about_as_likely_before_calibration_are_calibrated_as_w
     def refined(base: Any, seen: Any, scenery: Any, effects: Any) -> Any:
         return SimpleNamespace(base=base, effects=effects, misfit=leaves[effects[-1].subsampling])
 
-    monkeypatch.setattr(ways, "refined", refined)
-    monkeypatch.setattr(ways, "as_dark", lambda found, seen: found.base)
+    monkeypatch.setattr(starting_points, "refined", refined)
+    monkeypatch.setattr(starting_points, "as_dark", lambda found, seen: found.base)
     known = SimpleNamespace(effects=(), base=BASE)
     jpeg = Jpeg(quality=90.0, subsampling=1.0)
-    every: Any = ways.Ways(
+    every: Any = starting_points.StartingPoints(
         case=cast(Any, SimpleNamespace(known=known, fit_seen=None)),
         scenery=cast(Any, None),
         as_found=cast(Any, None),
@@ -213,9 +213,9 @@ def test_a_quiet_camera_is_as_quiet_behind_a_cable(
         misfit = as_it_is if np.array_equal(base.read_dn2, BASE.read_dn2) else 5.0
         return SimpleNamespace(base=base, effects=effects, misfit=misfit)
 
-    monkeypatch.setattr(ways, "refined", refined)
+    monkeypatch.setattr(starting_points, "refined", refined)
     known = SimpleNamespace(effects=(), base=BASE)
-    every: Any = ways.Ways(
+    every: Any = starting_points.StartingPoints(
         case=cast(Any, SimpleNamespace(known=known, fit_seen=None)),
         scenery=cast(Any, None),
         as_found=cast(Any, None),
@@ -234,14 +234,14 @@ def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
 ) -> None:
     """Two passes of a sharpening show themselves in whole samples, and three had been likelier in
     fractions: beside those two left as much as three."""
-    monkeypatch.setattr(ways, "refined", lambda base, *rest: SimpleNamespace(base=base))
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
+    monkeypatch.setattr(starting_points, "refined", lambda base, *rest: SimpleNamespace(base=base))
+    monkeypatch.setattr(starting_points, "counted", lambda found, seen, scenery: found)
     begun = Sharpening(amount=0.21, passes=3)
     better = Sharpening(amount=0.30, passes=3)
     counts = dataclasses.replace(BASE, arithmetic=OF_WHOLE_SAMPLES)
     best: Any = (None, SimpleNamespace(base=counts, effects=(better,), misfit=1.5))
     known = SimpleNamespace(effects=(), base=BASE)
-    every: Any = ways.Ways(
+    every: Any = starting_points.StartingPoints(
         case=cast(Any, SimpleNamespace(known=known, fit_seen=None)),
         scenery=cast(Any, SimpleNamespace(rules=(IN_FRACTIONS, OF_WHOLE_SAMPLES))),
         as_found=cast(Any, (None, SimpleNamespace(base=BASE, effects=(begun,), misfit=3.5))),
@@ -283,12 +283,12 @@ def test_ways_of_counting_are_tried_where_they_cannot_be_seen(
     def against(base: Any, *rest: Any) -> Any:
         return SimpleNamespace(base=base, chi2=base.arithmetic if told_apart else 1.0)
 
-    monkeypatch.setattr(ways, "refined", against)
-    monkeypatch.setattr(ways, "counted", lambda found, seen, scenery: found)
+    monkeypatch.setattr(starting_points, "refined", against)
+    monkeypatch.setattr(starting_points, "counted", lambda found, seen, scenery: found)
     rules = (IN_FRACTIONS, OF_WHOLE_SAMPLES, OF_QUARTERS)
     known = SimpleNamespace(effects=(), base=BASE)
     found = SimpleNamespace(base=BASE, effect=effect)
-    every: Any = ways.Ways(
+    every: Any = starting_points.StartingPoints(
         case=cast(Any, SimpleNamespace(known=known, fit_seen=None, misfit=misfit)),
         scenery=cast(Any, SimpleNamespace(rules=rules)),
         as_found=cast(Any, (found, SimpleNamespace(base=BASE, misfit=6.0))),

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from analysis.gap.diagnose import diagnose
-from analysis.gap.ready.filtered import filtered
 from analysis.gap.ready.setting import look
+from analysis.gap.ready.spatial_denoise import filtered
 from sensor.effects.demosaic import Demosaic
 from sensor.effects.jpeg import Jpeg
 from sensor.effects.spatial_denoise import SpatialDenoise

@@ -12,9 +12,9 @@ import pytest
 from analysis.gap.look.families import IMAGE
 from analysis.gap.look.observation import Key
 from analysis.gap.measure.distance import Distance
-from analysis.gap.verdict import closing, trail
-from analysis.gap.verdict.closing import accounts, left_as_they_were, lingering, spoilt, too_wide
-from analysis.gap.verdict.later import deserves, earned, instead_of_it, leads
+from analysis.gap.search import closing, trail
+from analysis.gap.search.closing import accounts, left_as_they_were, lingering, spoilt, too_wide
+from analysis.gap.search.later import deserves, earned, instead_of_it, leads
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
 

@@ -19,8 +19,8 @@ from analysis.gap.calibrate.nuisance import knobs_of
 from analysis.gap.calibrate.refine import Refined
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.ready.setting import look
-from analysis.gap.verdict import confirm
-from analysis.gap.verdict.verdict import Choice
+from analysis.gap.search import confirm
+from analysis.gap.search.choice import Choice
 from analysis.identifiability.known import base_of
 from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.sharpening import Sharpening

@@ -14,8 +14,8 @@ from PIL import Image
 
 from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.look.families import EVERY_SHOT, REPEATED_IN_PART
+from analysis.gap.ready.ambient_light import lit_room
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.room import lit_room
 from analysis.gap.ready.setting import look
 from analysis.gap.report import NO_GAP, GapReport, Place
 from analysis.gap.verdict.conclude import conclude

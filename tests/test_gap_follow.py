@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.verdict.follow import DIFFER, _chosen_again, _done, _in_vain
-from analysis.gap.verdict.verdict import Choice
+from analysis.gap.search.choice import Choice
+from analysis.gap.search.follow import DIFFER, _chosen_again, _done, _in_vain
 from tests.candidates import candidate
 
 EXPECTED = 1000.0

@@ -11,7 +11,7 @@ import pytest
 
 from analysis.gap.diagnose import diagnose
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.brimful import brimful
+from analysis.gap.ready.blooming import brimful
 from analysis.gap.ready.full_well import Dark, Samples, full_well_e, levels_of_full
 from analysis.gap.ready.setting import Setting, look
 from sensor.colours import Colours

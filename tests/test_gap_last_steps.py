@@ -18,9 +18,9 @@ import pytest
 from analysis.gap.calibrate.fit import around
 from analysis.gap.measure.measured import measured
 from analysis.gap.ready.setting import Setting, look
-from analysis.gap.verdict import last_steps
-from analysis.gap.verdict.last_steps import LONG, at_its_end
-from analysis.gap.verdict.step import Step
+from analysis.gap.search import last_steps
+from analysis.gap.search.last_steps import LONG, at_its_end
+from analysis.gap.search.step import Step
 from analysis.identifiability.known import base_of
 from sensor.effects.gamma import Gamma
 from sensor.record import record

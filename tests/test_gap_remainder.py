@@ -10,7 +10,7 @@ import pytest
 
 from analysis.gap.look.observation import Key
 from analysis.gap.measure.signature import Signature
-from analysis.gap.verdict.remainder import RIGHT_TO, apart
+from analysis.gap.search.remainder import RIGHT_TO, apart
 from sensor.effects.lens_distortion import LensDistortion
 
 HALF = 25

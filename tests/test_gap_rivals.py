@@ -9,10 +9,10 @@ from typing import Any, cast
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.verdict import confirm
-from analysis.gap.verdict.confirm import _far_nearer, _rivals, likeliest_step
-from analysis.gap.verdict.step import Step, nearer
-from analysis.gap.verdict.verdict import choose
+from analysis.gap.search import confirm
+from analysis.gap.search.choice import choose
+from analysis.gap.search.confirm import _far_nearer, _rivals, likeliest_step
+from analysis.gap.search.step import Step, nearer
 from sensor.effects.specular_glare import SpecularGlare
 from tests.candidates import candidate
 

@@ -31,7 +31,7 @@ from analysis.gap.look.statistics.structure import (
     time,
 )
 from analysis.gap.look.statistics.surface import surface
-from analysis.gap.ready.wave import wave
+from analysis.gap.ready.interference import wave
 from sensor.effect import Stage
 from sensor.frames import Frames
 from sensor.protocol import Shot

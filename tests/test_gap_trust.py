@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from analysis.gap.camera.base import Body
+from analysis.gap.search.choice import Choice, choose
 from analysis.gap.verdict import caps, trust
-from analysis.gap.verdict.verdict import Choice, choose
 from sensor.catalogue import catalogue
 from sensor.effect import Effect
 from sensor.effects.specular_glare import SpecularGlare

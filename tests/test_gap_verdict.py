@@ -12,8 +12,7 @@ import pytest
 from scipy import stats
 
 from analysis.gap.report import NO_GAP, GapReport
-from analysis.gap.verdict.separating import SEPARATED_BY, next_capture
-from analysis.gap.verdict.verdict import (
+from analysis.gap.search.choice import (
     LEAST_SCORE,
     MOST_OF_A_CROWD,
     Choice,
@@ -22,8 +21,9 @@ from analysis.gap.verdict.verdict import (
     p_of_best,
     probabilities,
     telling,
-    verdict,
 )
+from analysis.gap.suspects.separating import SEPARATED_BY, next_capture
+from analysis.gap.verdict.word import word_of
 from sensor.catalogue import catalogue
 from tests.candidates import candidate
 
@@ -64,7 +64,7 @@ def test_the_word(
         shrink=shrink,
         at_floor=at_floor,
     )
-    assert verdict(effects, gap, elsewhere) == word
+    assert word_of(effects, gap, elsewhere) == word
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_of_a_small_gap_chances_tell_and_not_the_part_that_is_closed(
     gap = dataclasses.replace(
         NO_GAP, before=0.09, p_value_before=before, p_value_after=after, shrink=0.75
     )
-    assert verdict(1, gap) == word
+    assert word_of(1, gap) == word
 
 
 def test_what_calibration_takes_up_is_no_evidence_by_itself() -> None:

@@ -95,7 +95,7 @@ def test_of_a_ramp_nothing_is_unresolved() -> None:
 
 
 def test_a_search_begins_with_smooth_light_and_may_choose_edges() -> None:
-    """Where that leaves less; see `analysis.gap.verdict.confirm`."""
+    """Where that leaves less; see `analysis.gap.search.confirm`."""
     for kind in (LensDistortion, LateralChromaticAberration):
         assert {one.values()["unresolved"] for one in starts(kind)} == {0.0}
         (other,) = chosen_otherwise(kind())

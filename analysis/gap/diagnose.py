@@ -25,11 +25,11 @@ from analysis.gap.camera.base import camera_of
 from analysis.gap.look.arithmetic import FINER, OF_WHOLE_SAMPLES
 from analysis.gap.ready.setting import Setting, halves, look, too_little
 from analysis.gap.report import GapReport
-from analysis.gap.verdict.begun import lag_of
+from analysis.gap.search.follow import follow
+from analysis.gap.search.step import Watch
+from analysis.gap.search.trail import Trail
 from analysis.gap.verdict.conclude import TOO_FEW, conclude, insufficient
-from analysis.gap.verdict.follow import follow
-from analysis.gap.verdict.step import Watch
-from analysis.gap.verdict.trail import Trail
+from analysis.gap.verdict.first_frames import lag_of
 from foundation.cores import libraries_beside_other_work
 from render.rate import RateImage
 from sensor.camera import Camera

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.measure.signature import strengths
-from analysis.gap.verdict.verdict import SIGNIFICANCE
+from analysis.gap.search.choice import SIGNIFICANCE
 from analysis.gap_bench.answers import (
     BANDS,
     Row,

@@ -13,7 +13,7 @@ from analysis.gap.camera.twin import electrons
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.look.families import EVERY_SHOT, STAGES
 from analysis.gap.report import Figure, GapReport, Named, Place
-from analysis.gap.verdict.verdict import LEAST_SCORE, MARGIN, MARGIN_OF_SCORE
+from analysis.gap.search.choice import LEAST_SCORE, MARGIN, MARGIN_OF_SCORE
 from camtruth.report.pictures import data_url
 from camtruth.report.plot import Axis, Marks, axis_over, plot
 from camtruth.report.sections import Section, Table, sections_page

@@ -14,23 +14,16 @@ from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
 from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.agreeing import green_is_averaged
-from analysis.gap.look.chroma import shared_colours
 from analysis.gap.look.comb import histograms
-from analysis.gap.look.curve import curve, nearly_straight
-from analysis.gap.look.jpeg_tables import quality
+from analysis.gap.look.first_frames import Beginning, beginning, without_beginnings
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import begun
-from analysis.gap.look.settling import Beginning, beginning, without_beginnings
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import Told, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
+from analysis.gap.ready.whole_codes import told_by_codes
 from render.rate import RateImage
-from sensor.effects.bit_truncation import BitTruncation
-from sensor.effects.chroma_subsampling import ChromaSubsampling
-from sensor.effects.gamma import Gamma
-from sensor.effects.jpeg import Jpeg
-from sensor.effects.white_balance import WhiteBalance
 from sensor.frames import Capture, Frames
 
 Floats = NDArray[np.float64]
@@ -113,42 +106,8 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
         seen=seen(),
         black_dn=black_dn,
         counting=counting,
-        told=_told(keys, bits, counts, black_dn, counting.slight),
+        told=told_by_codes(keys, bits, counts, black_dn, counting.slight),
     )
-
-
-def _told(
-    keys: Sequence[Frames],
-    bits: int,
-    counts: Mapping[str, Floats],
-    black_dn: float,
-    slight: Sequence[WhiteBalance],
-) -> dict[str, Told]:
-    """Lost bits, the exponent of a curve behind the converter, gains that are nearly 1, the quality
-    of JPEG, and how many pixels share a colour.
-    """
-    told: dict[str, Told] = {}
-    if bits:
-        told[BitTruncation.name] = Told(hints={"bits": float(bits)})
-    bent = nearly_straight(counts, black_dn) or curve(counts, black_dn)
-    if bent is not None:
-        # a comb says nothing of codes near black, where there may be a chord; few teeth nothing of
-        # where it begins
-        where = {} if bent.origin_dn or not bent.sharp else {"about_black": 0.0}
-        hints = {"exponent": bent.exponent, **where}
-        told[Gamma.name] = Told(hints=hints, exact=bent.sharp)
-    else:
-        likelier: Told | None = None
-        for one in reversed(slight):
-            likelier = Told(hints=dataclasses.asdict(one), instead=likelier)
-            told[WhiteBalance.name] = likelier
-    whole = [f.dn for f in keys if not f.shot.dark and f.pixels in ("rgb8", "mono8")]
-    if (tables := quality(whole)) is not None:
-        told[Jpeg.name] = Told(hints={"quality": float(tables)})
-    # a codec does that as well, besides
-    elif (way := shared_colours(whole)) is not None:
-        told[ChromaSubsampling.name] = Told(hints=way, exact=False)
-    return told
 
 
 def black_of_frames(frames: Sequence[Frames]) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
-from analysis.gap.ready.loud import Ground, Loud, Stack, figures_of, summary
+from analysis.gap.ready.loud_pixels import Ground, Loud, Stack, figures_of, summary
 from sensor.effects.random_telegraph_noise import RandomTelegraphNoise
 
 Floats = NDArray[np.float64]

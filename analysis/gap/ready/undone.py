@@ -14,9 +14,9 @@ from analysis.gap.camera.light import light_of
 from analysis.gap.look.curve import powered
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
+from analysis.gap.ready.color_matrix import matrix_of
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.hot import healed, leaks_of, longest_dark
-from analysis.gap.ready.mixed import matrix_of
+from analysis.gap.ready.hot_pixels import healed, leaks_of, longest_dark
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, black_of_frames
 from sensor.frames import Frames

@@ -15,10 +15,10 @@ from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import scaled, signature
 from analysis.gap.ready.hints import Told
 from analysis.gap.suspects.beginnings import choice_of, of_other_strengths, with_more_strengths
+from analysis.gap.suspects.fit_scattering import settled
 from analysis.gap.suspects.likelihood import cost
 from analysis.gap.suspects.mend import Search, Tried, likelier, mended
-from analysis.gap.suspects.settle import settled
-from analysis.gap.suspects.ways import Ways
+from analysis.gap.suspects.starting_points import StartingPoints
 from sensor.effect import Effect, Stage
 
 ANEW_STEPS = 5
@@ -109,7 +109,7 @@ def anew(
         most = min(BEHIND * to_beat, WORTH_MENDING * case.bare.misfit)
         return not exact and MISFIT < now.misfit <= most
 
-    ways = Ways(
+    points = StartingPoints(
         case=case,
         scenery=scenery,
         as_found=as_found,
@@ -119,7 +119,7 @@ def anew(
         tuned=not exact,
     )
     behind = BEHIND_WITH_CHOICES if choice_of(effect) else BEHIND
-    best = as_found if fits else _followed(ways, calibrated, behind * to_beat)
+    best = as_found if fits else _followed(points, calibrated, behind * to_beat)
     if not exact:
         best = with_all_strengths(case, best, calibrated)
     if effect.stage is Stage.PROCESSING:
@@ -144,22 +144,24 @@ def _by_its_own_errors(scenery: Scenery, found: Candidate, fitted: Refined) -> C
     )
 
 
-def _followed(ways: Ways, calibrated: Callable[[Base, Effect], Tried], hopeless: float) -> Tried:
+def _followed(
+    points: StartingPoints, calibrated: Callable[[Base, Effect], Tried], hopeless: float
+) -> Tried:
     """The best of all ways, up to the first that fits; a hopeless one is the last.
 
     Args:
-        ways: where to begin.
+        points: where to begin.
         calibrated: the camera with the suspect that steps from there lead to.
-        hopeless: misfit beyond which no other way is gone.
+        hopeless: misfit beyond which no other point is begun from.
     """
-    best = ways.as_found
+    best = points.as_found
     stages = (
-        ways.of_what_is_hidden,
-        ways.behind_a_codec,
-        ways.by_counting,
-        ways.by_every_rule,
-        ways.by_choosing,
-        ways.once_more,
+        points.of_what_is_hidden,
+        points.behind_a_codec,
+        points.by_counting,
+        points.by_every_rule,
+        points.by_choosing,
+        points.once_more,
     )
     for beginnings in stages:
         for base, effect in beginnings(best):

@@ -7,23 +7,23 @@ from collections.abc import Callable, Collection, Mapping
 
 from analysis.gap.camera.base import Base
 from analysis.gap.measure.case import Case
-from analysis.gap.ready.behind_steps import behind_steps
-from analysis.gap.ready.bent import bent
-from analysis.gap.ready.brimful import brimful
-from analysis.gap.ready.filtered import filtered
+from analysis.gap.ready.ambient_light import lit_room
+from analysis.gap.ready.bit_truncation import behind_steps
+from analysis.gap.ready.black_level_drift import wandering
+from analysis.gap.ready.blooming import brimful
+from analysis.gap.ready.color_matrix import mixed
+from analysis.gap.ready.defocus_error import soft
 from analysis.gap.ready.full_well import full_well_e
+from analysis.gap.ready.gamma import bent
 from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz
-from analysis.gap.ready.hot import hot
-from analysis.gap.ready.mixed import mixed
-from analysis.gap.ready.room import lit_room
+from analysis.gap.ready.hot_pixels import hot
+from analysis.gap.ready.interference import wave
+from analysis.gap.ready.random_telegraph_noise import trapped
 from analysis.gap.ready.setting import Setting
-from analysis.gap.ready.soft import soft
-from analysis.gap.ready.steady import of_a_lamp, of_defects
-from analysis.gap.ready.traps import trapped
-from analysis.gap.ready.trembling import trembling
+from analysis.gap.ready.spatial_denoise import filtered
+from analysis.gap.ready.steady_pictures import of_a_lamp, of_defects
 from analysis.gap.ready.undone import unbent, unmixed, without_leaks
-from analysis.gap.ready.wandering import wandering
-from analysis.gap.ready.wave import wave
+from analysis.gap.ready.vibration import trembling
 from analysis.gap.suspects.lobe import lobe_of
 from foundation.cores import in_order
 from sensor.colours import Colours

@@ -1,1 +1,1 @@
-"""What may be said, and the trail that leads there."""
+"""How far to believe what was found, and what is said of it."""

@@ -14,11 +14,11 @@ from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.look.texture import FAMILY as TEXTURE
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap
-from analysis.gap.verdict.closing import against, closed, untouched
-from analysis.gap.verdict.later import stands_beside
-from analysis.gap.verdict.separating import confused
-from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import NARROWEST_PATCH_PX, TELLS_LITTLE
+from analysis.gap.search.choice import NARROWEST_PATCH_PX, TELLS_LITTLE
+from analysis.gap.search.closing import against, closed, untouched
+from analysis.gap.search.later import stands_beside
+from analysis.gap.search.trail import Trail
+from analysis.gap.suspects.separating import confused
 from sensor.effect import Effect, Stage
 from sensor.effects.adc_dnl import AdcDnl
 from sensor.effects.bit_truncation import BitTruncation

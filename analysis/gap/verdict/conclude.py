@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from analysis.gap.calibrate.calibration_figures import calibration_figures
 from analysis.gap.look.shots import FEWEST_FRAMES, FEWEST_SHOTS, GROUP_FRAMES
 from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
-from analysis.gap.verdict.begun import with_first_frames
+from analysis.gap.search.choice import (
+    EQUIVALENT,
+    Choice,
+    probabilities,
+)
+from analysis.gap.search.trail import Trail, elsewhere, gap_of
+from analysis.gap.suspects.separating import next_capture
 from analysis.gap.verdict.caps import most_of_a_name
+from analysis.gap.verdict.first_frames import with_first_frames
 from analysis.gap.verdict.places import places
-from analysis.gap.verdict.separating import next_capture
 from analysis.gap.verdict.strength import figure_of
-from analysis.gap.verdict.trail import Trail, elsewhere, gap_of
 from analysis.gap.verdict.trust import (
     DOUBT,
     LIKELIER,
@@ -21,12 +28,7 @@ from analysis.gap.verdict.trust import (
     probability_of,
     stands_out,
 )
-from analysis.gap.verdict.verdict import (
-    EQUIVALENT,
-    Choice,
-    probabilities,
-    verdict,
-)
+from analysis.gap.verdict.word import word_of
 
 TOO_FEW = (
     f"fewer than {FEWEST_SHOTS} shots have {FEWEST_FRAMES} frames; {2 * GROUP_FRAMES} of each are"
@@ -59,7 +61,7 @@ def _with(suspect: Candidate, found: Trail) -> float:
 def conclude(setting: Setting, found: Trail) -> tuple[GapReport, Trail]:
     """The report of what was found, and the part of it that the report speaks of."""
     gap = gap_of(found)
-    word = verdict(len(found.choices), gap, elsewhere(found, setting.told))
+    word = word_of(len(found.choices), gap, elsewhere(found, setting.told))
     each = range(len(found.choices))
     chances = no_surer([probability_of(k, word, gap, found, setting) for k in each])
     if word == "partly explained" and likelier_none(found.choices, chances):
@@ -74,9 +76,12 @@ def conclude(setting: Setting, found: Trail) -> tuple[GapReport, Trail]:
     most = most_of_a_name(word, found)
     report = GapReport(
         verdict=word,
-        effects=tuple(
-            _named(choice, chance, found)
-            for choice, chance in zip(found.choices, chances, strict=True)
+        effects=_strongest_first(
+            [
+                _named(choice, chance, found)
+                for choice, chance in zip(found.choices, chances, strict=True)
+            ],
+            found.candidates,
         ),
         candidates=tuple(
             Suspect(
@@ -118,6 +123,14 @@ def _wanted(word: str, found: Trail) -> str | None:
         return next_capture([c.name for c in found.candidates[:2]])
     confused = [[c.best.name, *(one.name for one in c.alike)] for c in found.choices if c.alike]
     return next_capture([name for names in confused for name in names]) if confused else None
+
+
+def _strongest_first(named: Sequence[Named], candidates: Sequence[Candidate]) -> tuple[Named, ...]:
+    """The names by their scores before any effect was added: one that was chosen anew beside a
+    weaker one was added after it.
+    """
+    scores = {c.name: c.score for c in candidates}
+    return tuple(sorted(named, key=lambda one: -scores.get(one.name, 0.0)))
 
 
 def _named(choice: Choice, probability: float, found: Trail) -> Named:

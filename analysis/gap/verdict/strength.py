@@ -12,7 +12,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.report import Figure
-from analysis.gap.verdict.verdict import SIGNIFICANCE
+from analysis.gap.search.choice import SIGNIFICANCE
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 

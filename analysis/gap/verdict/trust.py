@@ -9,11 +9,7 @@ import numpy as np
 from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap
-from analysis.gap.verdict.caps import most_of, most_of_a_converter, most_of_a_shape
-from analysis.gap.verdict.closing import closed, nothing_left
-from analysis.gap.verdict.later import LEADS, LITTLE_IS_LEFT
-from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import (
+from analysis.gap.search.choice import (
     DRAWN,
     LEAST_SHRINK,
     MAY_BE_NOTHING,
@@ -21,6 +17,10 @@ from analysis.gap.verdict.verdict import (
     TELLS_LITTLE,
     Choice,
 )
+from analysis.gap.search.closing import closed, nothing_left
+from analysis.gap.search.later import LEADS, LITTLE_IS_LEFT
+from analysis.gap.search.trail import Trail
+from analysis.gap.verdict.caps import most_of, most_of_a_converter, most_of_a_shape
 
 DOUBT = 0.45
 """Factor of a probability that is to stay below one half: of suspects none of which may be named,

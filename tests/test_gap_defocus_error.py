@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from analysis.gap.ready.soft import soft
+from analysis.gap.ready.defocus_error import soft
 from sensor.effects.defocus_error import disc
 from tests.candidates import BASE
 

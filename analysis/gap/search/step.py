@@ -10,7 +10,7 @@ from analysis.gap.calibrate.refine import Refined, as_shown
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.ready.setting import Setting
-from analysis.gap.verdict.verdict import SIGNIFICANCE, TELLS_LITTLE, Choice
+from analysis.gap.search.choice import SIGNIFICANCE, TELLS_LITTLE, Choice
 
 Watch = Callable[[str], None]
 

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from analysis.gap.calibrate.refine import refined, stepped
 from analysis.gap.ready.setting import Setting, halves
-from analysis.gap.verdict.step import Step, around_it, step_of
+from analysis.gap.search.step import Step, around_it, step_of
 
 LONG = 0.5
 """Standard errors of a parameter beyond which the last step of a fit is not its last."""

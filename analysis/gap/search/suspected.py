@@ -10,11 +10,11 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.hints import Hints, Told
+from analysis.gap.search.choice import both, p_of_best, telling
+from analysis.gap.search.step import Watch
 from analysis.gap.suspects.attribute import attribute
 from analysis.gap.suspects.first_look import closer, shows, weaker
 from analysis.gap.suspects.told import hints_of
-from analysis.gap.verdict.step import Watch
-from analysis.gap.verdict.verdict import both, p_of_best, telling
 from sensor.effect import Effect
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, look
-from analysis.gap.ready.steady import of_a_lamp
-from analysis.gap.ready.trembling import trembling
+from analysis.gap.ready.steady_pictures import of_a_lamp
+from analysis.gap.ready.vibration import trembling
 from analysis.gap.suspects.told import hints_of_frames
 from sensor.effect import Effect
 from sensor.effects.defect_correction import DefectCorrection
@@ -13,7 +13,7 @@ from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.vibration import Vibration
 from sensor.record import record
 from tests.short import PROTOCOL, camera, light
-from tests.test_gap_trembling import setting as moved
+from tests.test_gap_vibration import setting as moved
 
 
 def setting(*effects: Effect) -> Setting:

@@ -11,8 +11,8 @@ from analysis.gap.calibrate.fit import Fit
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.report import Gap
-from analysis.gap.verdict.closing import closed, untouched
-from analysis.gap.verdict.verdict import SIGNIFICANCE, Choice
+from analysis.gap.search.choice import SIGNIFICANCE, Choice
+from analysis.gap.search.closing import closed, untouched
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
-from analysis.gap.ready.loud import (
+from analysis.gap.ready.loud_pixels import (
     AFTER_ONE_FRAME,
     BETWEEN_CODES_DN2,
     HOW_LOUD,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from analysis.gap.ready.color_matrix import LEAST_PART, _parts, _vivid, matrix_of, mixed
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.mixed import LEAST_PART, _parts, _vivid, matrix_of, mixed
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.frames import Frames
 from tests.mosaic import MOSAIC, filled_in, lit

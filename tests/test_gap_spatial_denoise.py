@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from analysis.gap.look.agreeing import beyond_the_next, correlations, green_is_averaged
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.filtered import WIDE, WIDE_PLAIN, power_left, weights_of
+from analysis.gap.ready.spatial_denoise import WIDE, WIDE_PLAIN, power_left, weights_of
 from tests.mosaic import MOSAIC, filled_in, lit
 
 SIGMA_DN = 8.0

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.look.curve import powered
-from analysis.gap.ready.bent import EXPONENTS, bent
+from analysis.gap.ready.gamma import EXPONENTS, bent
 from analysis.gap.ready.setting import Setting, look
 from sensor.effects.nonlinearity import Nonlinearity
 from sensor.frames import Capture

@@ -37,7 +37,7 @@ LED = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Ways:
+class StartingPoints:
     """Cameras and effects from which small steps may lead to the right ones.
 
     Attributes:

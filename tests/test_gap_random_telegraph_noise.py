@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.ready.hints import Told
-from analysis.gap.ready.loud import loud
-from analysis.gap.ready.traps import told_by_loud
+from analysis.gap.ready.loud_pixels import loud
+from analysis.gap.ready.random_telegraph_noise import told_by_loud
 from sensor.effects.random_telegraph_noise import TOLD_S
 from sensor.frames import Frames
 from sensor.protocol import Shot

@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import diagnose
-from analysis.gap.look.settling import FEWEST, LEFT_OUT, Beginning, beginning, without_beginnings
+from analysis.gap.look.first_frames import (
+    FEWEST,
+    LEFT_OUT,
+    Beginning,
+    beginning,
+    without_beginnings,
+)
 from analysis.gap.report import NO_GAP, GapReport
-from analysis.gap.verdict.begun import with_first_frames
+from analysis.gap.verdict.first_frames import with_first_frames
 from sensor.effects.image_lag import ImageLag
 from sensor.effects.lamp_drift import LampDrift
 from sensor.effects.row_noise import RowNoise

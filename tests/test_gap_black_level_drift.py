@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import diagnose
-from analysis.gap.ready.moments import by_moments
-from analysis.gap.ready.setting import look
-from analysis.gap.ready.wandering import (
+from analysis.gap.ready.black_level_drift import (
     STEP_DN,
     Walk,
     along_the_shots,
@@ -19,6 +17,8 @@ from analysis.gap.ready.wandering import (
     wandering,
     wanders,
 )
+from analysis.gap.ready.moments import by_moments
+from analysis.gap.ready.setting import look
 from sensor.catalogue import catalogue
 from sensor.effect import Effect
 from sensor.effects.black_level_drift import BlackLevelDrift

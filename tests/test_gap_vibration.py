@@ -9,7 +9,7 @@ import pytest
 
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, look
-from analysis.gap.ready.trembling import trembling
+from analysis.gap.ready.vibration import trembling
 from render.rate import RateImage
 from sensor.effect import Effect
 from sensor.effects.vibration import Vibration

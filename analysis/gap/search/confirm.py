@@ -13,12 +13,12 @@ from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting, halves
+from analysis.gap.search.choice import DRAWN, LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
+from analysis.gap.search.closing import CERTAIN, accounts, closed, nothing_left, too_wide
+from analysis.gap.search.step import Step, Watch, around_it, nearer, step_of
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.beginnings import choice_of, chosen_otherwise
 from analysis.gap.suspects.recount import recounted
-from analysis.gap.verdict.closing import CERTAIN, accounts, closed, nothing_left, too_wide
-from analysis.gap.verdict.step import Step, Watch, around_it, nearer, step_of
-from analysis.gap.verdict.verdict import DRAWN, LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from sensor.effect import Effect
 
 SECOND_LOOK = 0.2

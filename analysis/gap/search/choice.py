@@ -1,4 +1,4 @@
-"""What may be said: matched, explained, partly explained, unexplained. Never a guess."""
+"""The suspect that frames name, how likely it is the one, and what they cannot tell from it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from scipy import stats
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.report import Gap
-from analysis.gap.verdict.separating import confused
+from analysis.gap.suspects.separating import confused
 from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.specular_glare import SpecularGlare
 
@@ -260,25 +259,3 @@ catalogue, of which each takes a part: a ghost was a veil, a glare and waves of 
 eleven such answers of the bench (seeds 21 to 34) and of the sets of withheld effects seven were of
 an effect that was in no library, three of other people's code for one that was, and one of a pair.
 """
-
-
-def verdict(effects: int, gap: Gap, elsewhere: bool = False) -> str:
-    """The word of the report.
-
-    Args:
-        effects: number of effects that were added.
-        gap: without and with them.
-        elsewhere: whether something that is wrong beyond doubt is as it was.
-    """
-    if effects == 0:
-        return "matched" if gap.p_value_before >= SIGNIFICANCE else "unexplained"
-    if effects > MOST_CAUSES:
-        return "unexplained"
-    if gap.p_value_after >= SIGNIFICANCE:
-        return "explained"
-    # near the floor, and where nothing may be left, the total tells little, but chances do: half of
-    # their digits must be gone
-    small = gap.at_floor or gap.before < TELLS_LITTLE
-    little = small or gap.p_value_after > MAY_BE_NOTHING
-    enough = gap.p_value_after**2 > gap.p_value_before if little else gap.shrink >= LEAST_SHRINK
-    return "partly explained" if enough and not elsewhere else "unexplained"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from analysis.gap.look.settling import LEFT_OUT, Beginning
+from analysis.gap.look.first_frames import LEFT_OUT, Beginning
 from analysis.gap.report import Figure, GapReport, Named, Place
 from analysis.gap.verdict.trust import LATER
 from sensor.effect import Stage

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap.ready.behind_steps import behind_steps
+from analysis.gap.ready.bit_truncation import behind_steps
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, look
 from sensor.camera import Camera

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from analysis.gap.ready.black_level_drift import wanders
 from analysis.gap.ready.full_well import lit
 from analysis.gap.ready.hints import Hints
-from analysis.gap.ready.wandering import wanders
 from sensor.frames import Frames
 
 SPARSE = 4

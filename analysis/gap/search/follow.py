@@ -11,13 +11,17 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured, measured
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.setting import Setting
-from analysis.gap.suspects.attribute import at_first_sight
-from analysis.gap.suspects.first_look import closer
-from analysis.gap.suspects.told import hints_of_frames, told_by
-from analysis.gap.verdict.closing import closed, nothing_left
-from analysis.gap.verdict.confirm import alone, likeliest_step
-from analysis.gap.verdict.last_steps import at_its_end
-from analysis.gap.verdict.later import (
+from analysis.gap.search.choice import (
+    LEAST_SHRINK,
+    MOST_CAUSES,
+    SIGNIFICANCE,
+    Choice,
+    choose,
+)
+from analysis.gap.search.closing import closed, nothing_left
+from analysis.gap.search.confirm import alone, likeliest_step
+from analysis.gap.search.last_steps import at_its_end
+from analysis.gap.search.later import (
     LEAST_OF_A_LATER,
     deserves,
     earned,
@@ -25,17 +29,13 @@ from analysis.gap.verdict.later import (
     leads,
     no_worse,
 )
-from analysis.gap.verdict.remainder import apart
-from analysis.gap.verdict.step import Step, Watch
-from analysis.gap.verdict.suspected import Heard, Look, looked
-from analysis.gap.verdict.trail import Trail
-from analysis.gap.verdict.verdict import (
-    LEAST_SHRINK,
-    MOST_CAUSES,
-    SIGNIFICANCE,
-    Choice,
-    choose,
-)
+from analysis.gap.search.remainder import apart
+from analysis.gap.search.step import Step, Watch
+from analysis.gap.search.suspected import Heard, Look, looked
+from analysis.gap.search.trail import Trail
+from analysis.gap.suspects.attribute import at_first_sight
+from analysis.gap.suspects.first_look import closer
+from analysis.gap.suspects.told import hints_of_frames, told_by
 from sensor.effect import Effect
 
 MOST_EFFECTS = MOST_CAUSES + 1

@@ -12,7 +12,7 @@ from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.distance import Distance
 from analysis.gap.measure.measured import Measured
 from analysis.gap.measure.twins_spread import believed
-from analysis.gap.verdict.verdict import SIGNIFICANCE, TELLS_LITTLE
+from analysis.gap.search.choice import SIGNIFICANCE, TELLS_LITTLE
 
 Floats = NDArray[np.float64]
 

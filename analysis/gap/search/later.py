@@ -9,9 +9,7 @@ from __future__ import annotations
 
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
-from analysis.gap.verdict.closing import closed, untouched
-from analysis.gap.verdict.step import Step
-from analysis.gap.verdict.verdict import (
+from analysis.gap.search.choice import (
     BEYOND_CALIBRATION,
     BUMPS,
     DRAWN,
@@ -20,6 +18,8 @@ from analysis.gap.verdict.verdict import (
     SIGNIFICANCE,
     TELLS_LITTLE,
 )
+from analysis.gap.search.closing import closed, untouched
+from analysis.gap.search.step import Step
 
 LEAST_OF_A_LATER = 25.0
 """Score of an effect that is added to another one."""

@@ -22,7 +22,7 @@ from analysis.gap.measure.signature import signature
 from analysis.gap.measure.twins_spread import spread_of
 from analysis.gap.ready.setting import look
 from analysis.gap.suspects.anew import MISFIT, OFF, SCATTERS, elsewhere
-from analysis.gap.suspects.settle import settled
+from analysis.gap.suspects.fit_scattering import settled
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
 from sensor.effects.adc_dnl import AdcDnl

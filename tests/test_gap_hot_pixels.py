@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hot import healed, leaking, leaks_of
+from analysis.gap.ready.hot_pixels import healed, leaking, leaks_of
 from sensor.frames import Frames
 from sensor.protocol import Shot
 

@@ -1,0 +1,1 @@
+"""Add effects to the base camera, one after the other, as long as they explain what is left."""
