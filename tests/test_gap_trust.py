@@ -272,6 +272,29 @@ def test_a_first_effect_that_stands_out_is_named_whatever_is_left(
     assert trust.stands_out(lead, setting) == most
 
 
+def test_what_was_tried_and_leaves_far_more_is_no_rival_of_what_stands_out() -> None:
+    """Shared colours close 0.991 of G 50; a vibration scored more than half as much and leaves 14."""
+    candidates = [candidate("chroma_subsampling", 900.0), candidate("vibration", 500.0)]
+    choice = choose(candidates)
+    assert choice is not None
+    model = SimpleNamespace(
+        effects=(candidates[0].effect,), scenery=SimpleNamespace(body=SimpleNamespace())
+    )
+
+    def of(beaten: frozenset[str]) -> float:
+        lead: Any = SimpleNamespace(
+            choices=(dataclasses.replace(choice, beaten=beaten),),
+            candidates=candidates,
+            models=(model,),
+            measured=[SimpleNamespace(held=SimpleNamespace(total=total)) for total in (50.0, 0.4)],
+        )
+        setting: Any = None
+        return trust.stands_out(lead, setting)
+
+    assert of(frozenset()) == 0.0
+    assert of(frozenset({"vibration"})) == trust.OF_ONE_THAT_STANDS_OUT
+
+
 def test_what_little_is_closed_names_nobody() -> None:
     """Near the floor every suspect may close all of a gap."""
     best = candidate("jpeg", 900.0)

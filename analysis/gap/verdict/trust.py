@@ -101,7 +101,8 @@ def is_a_pair(measured: Sequence[Measured]) -> bool:
 
 def stands_out(lead: Trail, setting: Setting) -> float:
     """Probability of the name of a first effect that closes most of a gap of which no other suspect
-    closes much, whatever is left; 0 where it is not so.
+    closes much, whatever is left; 0 where it is not so. One that was tried and leaves far more
+    closes nothing that the first one does not.
 
     Args:
         lead: up to that effect, as it was found.
@@ -109,7 +110,7 @@ def stands_out(lead: Trail, setting: Setting) -> float:
     """
     base, after = lead.measured
     (choice,) = lead.choices
-    known = {choice.best.name, *(one.name for one in choice.alike)}
+    known = {choice.best.name, *(one.name for one in choice.alike), *choice.beaten}
     others = [c.forward for c in lead.candidates if c.name not in known]
     much = base.held.total > LITTLE_IS_LEFT
     closes = closed(base.held.total, after.held.total) >= LEAST_SHRINK
