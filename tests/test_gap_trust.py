@@ -273,7 +273,7 @@ def test_a_first_effect_that_stands_out_is_named_whatever_is_left(
 
 
 def test_what_was_tried_and_leaves_far_more_is_no_rival_of_what_stands_out() -> None:
-    """Shared colours close 0.991 of G 50; a vibration scored more than half as much and leaves 14."""
+    """Shared colours leave 0.4 of G 50; a vibration scored more than half as much and leaves 14."""
     candidates = [candidate("chroma_subsampling", 900.0), candidate("vibration", 500.0)]
     choice = choose(candidates)
     assert choice is not None
