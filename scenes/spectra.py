@@ -129,11 +129,6 @@ def _table(path: Path, columns: tuple[str, ...]) -> NDArray[np.float64]:
     return table
 
 
-def spd_names() -> list[str]:
-    """The lamp spectra that can be named: illuminants and light sources of colour-science."""
-    return [*colour.SDS_ILLUMINANTS, *colour.SDS_LIGHT_SOURCES]
-
-
 @functools.cache
 def lamp_spectrum(name: str) -> Spectrum:
     """The relative spectral power of a lamp; its integral over 400 to 700 nm is 1 (unit 1/nm).

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from analysis.bias.demosaic import detrended_variance, site_factors
 from analysis.bias.domain import figures, foretold, true_figures, warning
-from analysis.bias.prediction import Make, predict
+from analysis.bias.prediction import Make, Seen, predict
 from analysis.bias.rounding import (
     before_rounding_dn2,
     on_average_dn2,
@@ -111,10 +111,30 @@ def test_the_technique_with_nothing_exchanged_is_the_estimator(small_seen):
             assert value == pytest.approx(found.channels[channel][key].value, rel=1e-9, abs=1e-12)
 
 
+def seen_of(found, protocol, size_px=50):
+    """The points of a measurement by channel."""
+    shots = {shot.label: shot for shot in protocol.shot}
+    seen = {}
+    for point in found.points:
+        shot = shots[point.shot]
+        seen.setdefault(point.channel, []).append(
+            Seen(
+                shot=point.shot,
+                dark=shot.dark,
+                exposure_s=shot.exposure_s,
+                frames=shot.frames,
+                rows=size_px,
+                mean_dn=point.mean_dn,
+                temporal_dn=point.temporal_dn,
+                spatial_dn=point.spatial_dn,
+            )
+        )
+    return seen
+
+
 @pytest.fixture(scope="module")
 def small_seen():
     """Panels of a capture, and what the estimator made of them."""
-    from analysis.bias.experiment import seen_of
     from analysis.estimators.irie import irie
     from camtruth.simulating import grey_panels, rates_of
     from render.closed_form import render

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tomllib
 from importlib import resources
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
@@ -13,6 +15,8 @@ from sensor.camera_file import load, preset_names, with_setting, write
 from sensor.colours import Colours
 from sensor.effects.fpn import Fpn
 from sensor.effects.read_noise import ReadNoise
+from sensor.effects.row_noise import RowNoise
+from sensor.errors import CameraError
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -33,6 +37,20 @@ def test_every_figure_of_a_preset_names_its_source(name: str) -> None:
         said = said or "#" in line
         if "=" in line.split("#")[0] and not line.startswith(("format", "name")):
             assert said, line
+
+
+def test_a_file_with_an_effect_of_the_users_own_is_read_where_it_is_given(tmp_path: Path) -> None:
+    """As `camtruth diagnose` writes it where it names one."""
+
+    @dataclasses.dataclass(frozen=True, kw_only=True)
+    class Stripes(RowNoise):
+        name: ClassVar[str] = "stripes"
+
+    camera = load("ideal").plus(Stripes(sigma_e=7.0))
+    write(tmp_path / "camera.toml", camera)
+    with pytest.raises(CameraError, match="unknown effect 'stripes'"):
+        load(str(tmp_path / "camera.toml"))
+    assert load(str(tmp_path / "camera.toml"), {"stripes": Stripes}) == camera
 
 
 def test_figures_in_dn_are_divided_by_the_gain_of_their_colour() -> None:

@@ -15,12 +15,12 @@ import pytest
 from analysis.gap.calibrate.calibration import calibration
 from analysis.gap.calibrate.fit import FIRST_SEED, Fit, around, twins
 from analysis.gap.calibrate.nuisance import Directions, directions, moved_twins
-from analysis.gap.camera.twin import twin
 from analysis.gap.look.observe import _kept
 from analysis.gap.ready.setting import look
 from analysis.identifiability.known import base_of
 from sensor.record import record
 from tests.short import PROTOCOL, camera, light
+from tests.twins import twin
 
 OTHER_SEEDS = (FIRST_SEED + 60, FIRST_SEED + 61)
 GROUPS = 2

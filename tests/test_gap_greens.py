@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.camera.light_blocks import light_noise
-from analysis.gap.camera.twin import twin, under_noisy_light
+from analysis.gap.camera.twin import under_noisy_light
 from analysis.gap.look.lattices import Lattice, lattices_of
 from analysis.gap.look.one_group import blocks
 from analysis.gap.look.statistics.greens import APART, greens
@@ -27,6 +27,7 @@ from sensor.effects.charge_transfer_inefficiency import ChargeTransferInefficien
 from sensor.effects.crosstalk import Crosstalk
 from sensor.protocol import Protocol, Shot
 from sensor.record import record
+from tests.twins import twin
 
 HEIGHT, WIDTH, SIDE = 96, 128, 5
 SITES = [("R", 0, 0), ("G1", 0, 1), ("G2", 1, 0), ("B", 1, 1)]

@@ -26,7 +26,7 @@ from analysis.gap.camera.light import lamp_of
 from analysis.gap.camera.light_blocks import blocks_of
 from analysis.gap.camera.light_ways import SHADING_PRIOR, changed, image_ways, light_ways
 from analysis.gap.camera.surface import SHAPES
-from analysis.gap.camera.twin import Scenery, exposure_of, twin
+from analysis.gap.camera.twin import Scenery, exposure_of
 from analysis.gap.camera.twin_light import light_means
 from analysis.gap.look.observation import Observation
 from analysis.gap.measure.measured import measured
@@ -39,6 +39,7 @@ from sensor.effects.spectral_response_error import SpectralResponseError
 from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.record import record
 from tests.short import HEIGHT, PROTOCOL, WIDTH, camera, light
+from tests.twins import twin
 
 K2 = 0.1
 DARKER = VignettingExcess(k2=K2, k4=0.0)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.camera.light_blocks import blocks_of
-from analysis.gap.camera.twin import exposure_of, twin
+from analysis.gap.camera.twin import exposure_of
 from analysis.gap.camera.twin_light import light_means
 from analysis.gap.ready.setting import look
 from analysis.identifiability.known import base_of
@@ -23,6 +23,7 @@ from sensor.effects.smear import Smear
 from sensor.effects.vignetting_excess import VignettingExcess
 from sensor.record import record
 from tests.short import HEIGHT, PROTOCOL, WIDTH, camera, light
+from tests.twins import twin
 
 K2 = 0.1
 LAMP = "lamp"

@@ -103,6 +103,21 @@ def test_the_estimator_of_the_guide_runs(
     assert '"method": "darkest"' in answer.out
 
 
+def test_the_lamp_of_the_guide_is_adjusted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The scene of the page, and its program that finds a gel and an intensity for the lamp."""
+    (lamp,) = [b for b in blocks("docs/extending.md", "toml") if "tungsten" in b]
+    (program,) = [b for b in blocks("docs/extending.md", "python") if "adjusted" in b]
+    chart = (ROOT / "scenes/presets/chart.toml").read_text(encoding="utf-8")
+    (tmp_path / "my.toml").write_text(f"{chart}\n{lamp}", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    exec(program, {})
+    intensity, gel = capsys.readouterr().out.split(maxsplit=1)
+    assert float(intensity) != 2.0
+    assert "green_density" in gel
+
+
 def test_links_of_the_documents_lead_somewhere() -> None:
     pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
     assert len(pages) >= 6

@@ -19,7 +19,6 @@ from analysis.bias.prediction import Make, Seen, predict
 from analysis.bias.setting import KEYS, Setting, light, truth
 from analysis.bias.technique import PRINTED, Technique, parameters
 from analysis.bias.two_noises import two_noises
-from analysis.parameters import NoiseParameters
 from foundation.panel import Panel
 from scenes.geometry import analysis_panels
 from scenes.scene import load as load_scene
@@ -27,7 +26,7 @@ from sensor.camera import Camera
 from sensor.colours import CHANNELS
 from sensor.effects.dark_shot import DarkShot
 from sensor.mosaic_of_panels import panels_only
-from sensor.protocol import Protocol, Shot
+from sensor.protocol import Shot
 from sensor.record import batches
 from sensor.signal import Quantity
 from sensor.simulation import simulate
@@ -189,24 +188,3 @@ def _bias(values: Sequence[float], expected: float, true: float) -> dict[str, An
         "expected": expected - true,
         "each": error.tolist(),
     }
-
-
-def seen_of(found: NoiseParameters, protocol: Protocol, size_px: int = 50) -> dict[str, list[Seen]]:
-    """The points of a measurement by channel."""
-    shots = {shot.label: shot for shot in protocol.shot}
-    seen: dict[str, list[Seen]] = {}
-    for point in found.points:
-        shot = shots[point.shot]
-        seen.setdefault(point.channel, []).append(
-            Seen(
-                shot=point.shot,
-                dark=shot.dark,
-                exposure_s=shot.exposure_s,
-                frames=shot.frames,
-                rows=size_px,
-                mean_dn=point.mean_dn,
-                temporal_dn=point.temporal_dn,
-                spatial_dn=point.spatial_dn,
-            )
-        )
-    return seen

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -73,14 +72,13 @@ def suspects() -> list[str]:
     return [name for name, kind in catalogue().items() if not kind.base]
 
 
-def all_cases(names: Sequence[str] | None = None, bench_seed: int = 0) -> dict[str, Case]:
+def all_cases(bench_seed: int = 0) -> dict[str, Case]:
     """Every case by name, in an order that is random but always the same for one seed.
 
     Args:
-        names: effects; all of the catalogue by default.
         bench_seed: of the cameras, the noise, the pairs and the order.
     """
-    names = suspects() if names is None else names
+    names = suspects()
     made = [Case(kind="null", seed=seed) for seed in range(NULLS)]
     for name in names:
         made += [
@@ -94,7 +92,7 @@ def all_cases(names: Sequence[str] | None = None, bench_seed: int = 0) -> dict[s
             for seed in range(WITHHELD_SEEDS)
         ]
     draw = np.random.default_rng((PAIRS, bench_seed))
-    for seed in range(PAIRS if len(names) > 1 else 0):
+    for seed in range(PAIRS):
         first, second = sorted(draw.choice(len(names), size=2, replace=False))
         pair = (names[first], names[second])
         made.append(Case(kind="pair", effects=pair, severity=PAIR_SEVERITY, seed=seed))

@@ -33,9 +33,6 @@ from sensor.record import record
 Floats = NDArray[np.float64]
 Rate = NDArray[np.float32]
 
-FULL_WIDTH_PX = 640
-"""Width of the paper's frames; smaller ones show the same picture with the same light per pixel."""
-
 PATHS = 64
 """Light paths per pixel: 1e-4 of the light, below everything that is looked for."""
 

@@ -42,6 +42,7 @@ PEDESTAL_DN = 64.0
 does not give its own; clipped at 0, its curves could not peak above zero."""
 
 FRAMES = 100
+SIZE_PX = 50
 PATTERNS = 24
 """Fixed patterns behind each point of a spatial curve: a standard error of 0.3 % of its noise."""
 
@@ -138,6 +139,6 @@ def _measured(
     return float(np.mean(found)), float(np.std(found, ddof=1) / math.sqrt(len(found)))
 
 
-def pedestal(size_px: int = 50) -> Floats:
-    """The even level of a dark panel."""
-    return np.full((size_px, size_px), PEDESTAL_DN)
+def pedestal() -> Floats:
+    """The even level of a dark panel in DN, (50, 50)."""
+    return np.full((SIZE_PX, SIZE_PX), PEDESTAL_DN)

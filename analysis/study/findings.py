@@ -36,7 +36,7 @@ def select(rows: Sequence[Row], **fixed: Any) -> list[Row]:
 def findings(rows: Sequence[Row]) -> list[str]:
     """What the rows show."""
     methods = list(dict.fromkeys(row["method"] for row in rows))
-    found = [_ramp(rows), _prediction(rows, methods)]
+    found = [_ramp(rows), _prediction(rows)]
     found += [_method(rows, name) for name in methods]
     found += [_noise(rows, methods), _dither(rows), _defocus(rows), _lamps(rows)]
     return [sentence for sentence in found if sentence]
@@ -61,7 +61,7 @@ def _ramp(rows: Sequence[Row]) -> str:
     )
 
 
-def _prediction(rows: Sequence[Row], methods: Sequence[str]) -> str:
+def _prediction(rows: Sequence[Row]) -> str:
     both = [
         r
         for r in rows

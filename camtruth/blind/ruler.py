@@ -23,7 +23,6 @@ Severity is the larger z / 5: an effect at its detection limit stands 5 standard
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -161,7 +160,6 @@ def make_ruler(
     seed: int,
     *,
     nulls: int = NULLS,
-    progress: Callable[[int], None] = lambda done: None,
 ) -> Ruler:
     """A ruler for cameras like this one; some hundred and twenty captures.
 
@@ -171,13 +169,10 @@ def make_ruler(
         rates: photo-electrons per second by lamp.
         seed: of the bodies.
         nulls: bodies that tell the scatter.
-        progress: told the number of captures done.
     """
 
     def seen(body: Camera, light: Rates, number: int) -> Floats:
-        found = battery(record(body.with_body(seed + number), protocol, light, seed=seed + number))
-        progress(1)
-        return found
+        return battery(record(body.with_body(seed + number), protocol, light, seed=seed + number))
 
     bodies = np.array([seen(camera, rates, k) for k in range(nulls)])
     # few bodies tell each spread badly: neighbours in the battery share theirs

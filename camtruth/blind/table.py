@@ -12,7 +12,6 @@ from camtruth.blind.marks import BANDS, Mark
 
 OWN = ("own", "decoy", "put-back")
 OTHERS = ("others",)
-WITHHELD = ("strange", "left-out")
 SINGLE = {
     "own code": OWN,
     "other people's code": OTHERS,

@@ -53,7 +53,6 @@ class CodeFit:
     Attributes:
         variance_dn2: s^2, before rounding.
         variance_se_dn2: its standard error, tau being fitted too.
-        tau_dn: SD of the fixed pattern.
         centre_dn: smooth levels c_i, (n,).
         level_dn: levels of the pixels with the pattern, (n,): an estimate y_i that is calibrated,
             so that y_i = m_i + error, the error of variance `level_variance_dn2` and independent
@@ -64,7 +63,6 @@ class CodeFit:
 
     variance_dn2: float
     variance_se_dn2: float
-    tau_dn: float
     centre_dn: Floats
     level_dn: Floats
     level_variance_dn2: float
@@ -172,7 +170,6 @@ def fit_codes(
     return CodeFit(
         variance_dn2=sigma * sigma,
         variance_se_dn2=2 * sigma * sigma * float(se_ln),
-        tau_dn=tau,
         centre_dn=centre,
         level_dn=pixels,
         level_variance_dn2=shrunk,

@@ -29,9 +29,6 @@ from sensor.frames import MOSAICS, Capture, Frames, Panel
 EVERY_PIXEL = "none"
 """The mosaic of a camera that measures all colours in every pixel."""
 
-FULL_MEAN_SQUARE: Mapping[str, float] = {"R": 9 / 16, "G": 5 / 8, "B": 9 / 16}
-"""Variance of a bilinear demosaic relative to the measured one, mean over the 2 x 2 cell."""
-
 CLOSE = 0.15
 """RMS difference in ln variance up to which the demosaic passes for a bilinear one: rounding of
 noise of half a step changes a variance by as much."""

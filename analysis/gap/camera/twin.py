@@ -19,7 +19,6 @@ from analysis.gap.look.observe import begun
 from analysis.gap.look.repeats import fresh, partly_repeats, repeats
 from analysis.gap.look.statistics.greens import APART, apart
 from foundation.backend import Backend, backend
-from foundation.cores import products_on_one_core
 from sensor.camera import Camera
 from sensor.effect import Effect, Stage
 from sensor.effects.demosaic_other import DemosaicOther
@@ -54,19 +53,6 @@ class Scenery:
         return dataclasses.replace(
             self, shots=tuple(shot for shot in self.shots if shot.label in labels)
         )
-
-
-def twin(
-    scenery: Scenery,
-    base: Base,
-    *,
-    effects: Sequence[Effect] = (),
-    seed: int = 0,
-    body: int | None = None,
-) -> Observation:
-    """One simulated capture, a group of frames of each shot, looked at; see `begun_twin`."""
-    with products_on_one_core():
-        return begun_twin(scenery, base, effects=effects, seed=seed, body=body)()
 
 
 def begun_twin(
