@@ -48,8 +48,27 @@ SEPARATED_BY: tuple[tuple[frozenset[str], str], ...] = (
         frozenset({"adc_dnl", "bit_truncation", "quantization"}),
         "a defocused uniform field with a ramp of light: every code is visited",
     ),
+    (
+        frozenset({"column_fpn"}),
+        "100 or more full-height darks and as many lit frames at one exposure time: offsets of"
+        " columns are the same in both",
+    ),
+    (
+        frozenset({"lateral_chromatic_aberration"}),
+        "raw Bayer frames of sharp edges in the centre and in all four corners: red and blue move"
+        " along the radius, and the more the farther out",
+    ),
+    (
+        frozenset({"defect_correction"}),
+        "200 or more raw darks at two exposures a factor of 4 apart: a hot pixel is gone as soon as"
+        " it stands out by more than the threshold",
+    ),
 )  # fmt: skip
-"""Effects that are confused with each other, and the capture in which they differ."""
+"""Effects that are confused with each other, and the capture in which they differ.
+
+Every effect of the catalogue is in a group. One that is alone in its group is confused with none:
+to join others changes what a diagnosis says, see `confused`.
+"""
 
 
 def confused(one: str, other: str) -> bool:
