@@ -1,8 +1,9 @@
 """Estimators by name: ours, each a file in analysis/estimators, or a function in a user's file.
 
 A file NAME.py in analysis/estimators that defines a function NAME is a method; there is no list
-to keep. What it does not define of the paper's parameters it may list with reasons as UNDEFINED. A
-user's is given as ``FILE.py:function``; both take a capture and return noise parameters.
+to keep, and what methods share is in its folders. What a method does not define of the paper's
+parameters it may list with reasons as UNDEFINED. A user's is given as ``FILE.py:function``; both
+take a capture and return noise parameters.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ EXPECTED = "expected a function from a Capture to NoiseParameters"
 
 def method_names() -> list[str]:
     """The methods that come with the package."""
-    modules = [info.name for info in pkgutil.iter_modules(estimators.__path__)]
-    return sorted(name for name in modules if callable(getattr(_ours(name), name, None)))
+    files = [info.name for info in pkgutil.iter_modules(estimators.__path__) if not info.ispkg]
+    return sorted(name for name in files if callable(getattr(_ours(name), name, None)))
 
 
 def method(name: str) -> Method:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.panel_noise import measure_panel
+from analysis.estimators.parts.panel_noise import measure_panel
 
 FRAMES, SIDE = 100, 50
 TIMED = 5

@@ -21,7 +21,7 @@ from analysis.bias.rounding import (
 )
 from analysis.bias.technique import PRINTED, REPAIRED, parameters
 from analysis.bias.two_noises import two_noises
-from analysis.estimators.panel_noise import combine, measure_panel
+from analysis.estimators.parts.panel_noise import combine, measure_panel
 from analysis.parameters import Estimate, NoiseParameters, Point
 from foundation.panel import Panel
 from sensor.frames import Capture, Frames, Shot

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.estimators.emva1288 import emva1288
-from analysis.estimators.high_pass import KERNEL, smoothing, spatial_variance
+from analysis.estimators.parts.high_pass import KERNEL, smoothing, spatial_variance
 from analysis.parameters import CannotTell
 from sensor.frames import Capture, Frames, Panel, Shot, TooFewFrames
 

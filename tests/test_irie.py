@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.estimators.hot_pixels import count_hot_pixels
 from analysis.estimators.irie import irie
+from analysis.estimators.parts.hot_pixels import count_hot_pixels
 from analysis.parameters import PAPER_KEYS, CannotTell, Estimate
 from sensor.frames import Capture, CaptureError, Frames, Panel, Shot, TooFewFrames
 

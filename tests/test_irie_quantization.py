@@ -8,10 +8,10 @@ import time
 import numpy as np
 import pytest
 
-from analysis.estimators import quantization
-from analysis.estimators.panel_noise import measure_panel
-from analysis.estimators.quantization import curve, point_lamp
-from analysis.estimators.reading import N_D
+from analysis.estimators.parts import quantization
+from analysis.estimators.parts.panel_noise import measure_panel
+from analysis.estimators.parts.quantization import curve, point_lamp
+from analysis.estimators.parts.reading import N_D
 
 SAMPLES = 50 * 50 * 100
 """Samples behind each point of a curve: an SD is known to 1 / sqrt(2 x 250,000)."""

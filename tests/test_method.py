@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from analysis import estimators
 from analysis.errors import MethodError
 from analysis.estimators.irie import irie
 from analysis.methods import method, method_names
@@ -104,7 +106,13 @@ def capture(frames: int = 3) -> Capture:
 def test_a_file_with_a_function_of_its_own_name_is_a_method():
     assert "irie" in method_names()
     assert method("irie") is irie
-    assert "panel_noise" not in method_names()
+
+
+def test_every_file_beside_the_estimators_is_one():
+    """What they share is in a folder, where no file becomes a method by a function of its name."""
+    folder = Path(estimators.__path__[0])
+    assert method_names() == sorted(path.stem for path in folder.glob("[!_]*.py"))
+    assert (folder / "parts" / "panel_noise.py").is_file()
 
 
 def test_a_users_function_is_a_method(users):

@@ -8,9 +8,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from analysis.estimators import panel_noise
-from analysis.estimators.map_error import se_of_mean
-from analysis.estimators.panel_noise import combine, measure_panel
+from analysis.estimators.parts import panel_noise
+from analysis.estimators.parts.map_error import se_of_mean
+from analysis.estimators.parts.panel_noise import combine, measure_panel
 from sensor.frames import CaptureError, TooFewFrames
 
 LIMIT = 4.5

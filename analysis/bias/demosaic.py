@@ -14,7 +14,7 @@ import functools
 import numpy as np
 
 from analysis.bias.rounding import Floats
-from analysis.estimators.panel_noise import parabola_basis
+from analysis.estimators.parts.panel_noise import parabola_basis
 
 SITES: dict[str, tuple[float, ...]] = {
     "R": (1.0, 0.5**0.5, 0.5**0.5, 0.5),

@@ -16,8 +16,8 @@ from scipy.optimize import brentq
 from analysis.bias.demosaic import detrended_variance, site_factors
 from analysis.bias.prediction import Seen
 from analysis.bias.rounding import ROUNDING_DN2, Floats, sample_sd_factor
-from analysis.estimators.quantization import Kind, curve
-from analysis.estimators.reading import N_D
+from analysis.estimators.parts.quantization import Kind, curve
+from analysis.estimators.parts.reading import N_D
 
 
 @dataclass(frozen=True, kw_only=True)

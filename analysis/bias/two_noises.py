@@ -1,6 +1,6 @@
 """The two noises that the parameters come from, without errors, rows and columns.
 
-What `analysis.estimators.panel_noise` measures, at a third of the work, for cells of many
+What `analysis.estimators.parts.panel_noise` measures, at a third of the work, for cells of many
 bodies whose scatter is their error.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.panel_noise import parabola_basis
+from analysis.estimators.parts.panel_noise import parabola_basis
 
 
 def two_noises(lattices: Sequence[NDArray[Any]]) -> tuple[float, float, float]:

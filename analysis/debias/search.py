@@ -22,8 +22,8 @@ from scipy.optimize import least_squares
 from analysis.bias.prediction import Make, Seen, predict
 from analysis.bias.rounding import Floats
 from analysis.bias.technique import parameters
-from analysis.estimators.quantization import curve
-from analysis.estimators.reading import N_D
+from analysis.estimators.parts.quantization import curve
+from analysis.estimators.parts.reading import N_D
 
 Order = Literal["text", "printed"]
 

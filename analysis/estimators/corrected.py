@@ -31,7 +31,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.estimators.cautions import ONE_EXPOSURE
 from analysis.estimators.correction.blocks import Block, measure_blocks
 from analysis.estimators.correction.cautions import (
     ChannelFits,
@@ -43,7 +42,8 @@ from analysis.estimators.correction.patterns import Patterns, fit_patterns
 from analysis.estimators.correction.points import points_of
 from analysis.estimators.correction.sites import mosaic_of
 from analysis.estimators.correction.transfer import Transfer, fit_transfer
-from analysis.estimators.observations import require_pairs
+from analysis.estimators.parts.cautions import ONE_EXPOSURE
+from analysis.estimators.parts.observations import require_pairs
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture
 

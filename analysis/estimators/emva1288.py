@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.cautions import (
+from analysis.estimators.parts.cautions import (
     NO_DARKS,
     NO_LIGHT,
     ONE_EXPOSURE,
@@ -25,11 +25,11 @@ from analysis.estimators.cautions import (
     clipped_reason,
     saturated,
 )
-from analysis.estimators.high_pass import spatial_variance
-from analysis.estimators.least_squares import fit
-from analysis.estimators.map_error import se_of_mean
-from analysis.estimators.observations import Observation, observe
-from analysis.estimators.panel_noise import FEW_FRAMES, Floats
+from analysis.estimators.parts.high_pass import spatial_variance
+from analysis.estimators.parts.least_squares import fit
+from analysis.estimators.parts.map_error import se_of_mean
+from analysis.estimators.parts.observations import Observation, observe
+from analysis.estimators.parts.panel_noise import FEW_FRAMES, Floats
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture, Frames, Panel
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.estimators.cautions import (
+from analysis.estimators.parts.cautions import (
     NO_DARKS,
     NO_LIGHT,
     ONE_EXPOSURE,
@@ -22,11 +22,11 @@ from analysis.estimators.cautions import (
     clipped_reason,
     saturated,
 )
-from analysis.estimators.hot_pixels import count_hot_pixels
-from analysis.estimators.least_squares import fit
-from analysis.estimators.observations import observe, pattern_covariance
-from analysis.estimators.panel_noise import Floats
-from analysis.estimators.reading import N_D, Reading, point, read_off
+from analysis.estimators.parts.hot_pixels import count_hot_pixels
+from analysis.estimators.parts.least_squares import fit
+from analysis.estimators.parts.observations import observe, pattern_covariance
+from analysis.estimators.parts.panel_noise import Floats
+from analysis.estimators.parts.reading import N_D, Reading, point, read_off
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture
 

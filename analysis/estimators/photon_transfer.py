@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.cautions import CLIPPED, NO_DARKS, NO_LIGHT, SATURATED, no_panels
-from analysis.estimators.observations import require_pairs
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.cautions import CLIPPED, NO_DARKS, NO_LIGHT, SATURATED, no_panels
+from analysis.estimators.parts.observations import require_pairs
+from analysis.estimators.parts.panel_noise import Floats
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters
 from sensor.frames import Capture, Frames, Panel
 

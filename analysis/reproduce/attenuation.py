@@ -15,7 +15,7 @@ import numpy as np
 
 from analysis.bias.demosaic import detrended_variance, site_factors
 from analysis.bias.rounding import Floats, rounded
-from analysis.estimators.panel_noise import measure_panel
+from analysis.estimators.parts.panel_noise import measure_panel
 from analysis.reproduce.paper import Line, compare
 from foundation.panel import Panel
 from sensor.camera import Camera

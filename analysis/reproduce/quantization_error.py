@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from analysis.bias.rounding import Floats, rounded
-from analysis.estimators.panel_noise import measure_panel, parabola_basis
+from analysis.estimators.parts.panel_noise import measure_panel, parabola_basis
 from foundation.panel import Panel
 from sensor.camera import Camera
 from sensor.colours import Colours

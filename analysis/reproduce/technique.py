@@ -19,7 +19,7 @@ from analysis.bias.prediction import Make, Seen, predict
 from analysis.bias.rounding import Floats
 from analysis.bias.technique import parameters
 from analysis.estimators.irie import irie
-from analysis.estimators.reading import N_D
+from analysis.estimators.parts.reading import N_D
 from analysis.parameters import PAPER_KEYS, Estimate, NoiseParameters, Point
 from analysis.reproduce.paper import Line, compare, printed
 from foundation.panel import Panel

@@ -23,8 +23,8 @@ from analysis.bias.prediction import Seen
 from analysis.bias.rounding import Floats, rounded, sample_sd_factor
 from analysis.bias.technique import parameters
 from analysis.estimators.emva1288 import HALF, LEAST_DARK_VARIANCE_DN2, REGRESSION
-from analysis.estimators.high_pass import spatial_variance
-from analysis.estimators.panel_noise import parabola_basis
+from analysis.estimators.parts.high_pass import spatial_variance
+from analysis.estimators.parts.panel_noise import parabola_basis
 from analysis.estimators.photon_transfer import line
 from analysis.study.bench import EXPOSURE_S, FPN_DN8, PRNU, Bench
 from sensor.protocol import Shot

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.estimators.reading import N_D
+from analysis.estimators.parts.reading import N_D
 from analysis.parameters import Estimate, NoiseParameters, Point
 from camtruth.report.plot import Axis, Kind, Marks, axis_over, plot
 from sensor.frames import Capture

@@ -23,7 +23,7 @@ from analysis.estimators.correction.spread import (
     noise_behind,
     sawtooth,
 )
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.panel_noise import Floats
 
 ROUNDING_DN2 = 1 / 12
 """Variance that rounding adds to noise well above a step."""

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.panel_noise import Floats
 
 ROUNDS = 12
 

@@ -14,7 +14,7 @@ import functools
 import numpy as np
 from scipy import stats
 
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.panel_noise import Floats
 
 SIGNIFICANCE = 0.1
 """Chance that even patterns ask for one degree more; liberal, as overfit is nearly free."""

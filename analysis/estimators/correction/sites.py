@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.panel_noise import Floats
 from sensor.frames import MOSAICS, Capture, Frames, Panel
 
 EVERY_PIXEL = "none"

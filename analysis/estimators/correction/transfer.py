@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.panel_noise import Floats
 
 ROUNDS = 4
 """Refits with weights from the fitted line; the second already changes nothing to speak of."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from analysis.estimators.observations import Observation
+from analysis.estimators.parts.observations import Observation
 from sensor.frames import Capture
 
 CLIPPED = 0.5

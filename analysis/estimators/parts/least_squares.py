@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.panel_noise import Floats
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from analysis.estimators.observations import Observation
-from analysis.estimators.quantization import Kind, curve
+from analysis.estimators.parts.observations import Observation
+from analysis.estimators.parts.quantization import Kind, curve
 from analysis.parameters import Point
 
 N_D: Mapping[Kind, Mapping[str, float]] = {

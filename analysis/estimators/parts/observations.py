@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.estimators.panel_noise import Floats, PanelNoise, combine, measure_panel
+from analysis.estimators.parts.panel_noise import Floats, PanelNoise, combine, measure_panel
 from sensor.frames import Capture, CaptureError, Frames, Panel, Shot, TooFewFrames
 
 

@@ -13,8 +13,8 @@ import functools
 
 import numpy as np
 
-from analysis.estimators.map_error import se_of_mean
-from analysis.estimators.panel_noise import Floats
+from analysis.estimators.parts.map_error import se_of_mean
+from analysis.estimators.parts.panel_noise import Floats
 
 KERNEL: Floats = np.convolve(
     np.convolve(np.full(7, 1 / 7), np.full(11, 1 / 11)), np.array([0.25, 0.5, 0.25])

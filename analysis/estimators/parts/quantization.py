@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.panel_noise import Floats, measure_panel
+from analysis.estimators.parts.panel_noise import Floats, measure_panel
 
 Kind = Literal["temporal", "spatial"]
 

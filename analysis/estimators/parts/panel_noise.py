@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimators.map_error import se_of_mean
+from analysis.estimators.parts.map_error import se_of_mean
 from sensor.frames import CaptureError, TooFewFrames
 
 Floats = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""What several estimators share, one step per file: none of them is a method by itself."""
