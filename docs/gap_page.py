@@ -11,12 +11,12 @@ from analysis.gap.calibrate.figure_errors import PRIOR_FREEDOM
 from analysis.gap.calibrate.fit import TWINS
 from analysis.gap.calibrate.space import EDGE_FLOOR_PX, LIGHT_FLOOR, MODEL_ERROR
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
+from analysis.gap.report import EQUIVALENT
 from analysis.gap.search.choice import (
     BEYOND_CALIBRATION,
     CLASS_SIZE,
     CLOSES_ALONE,
     DOUBTED,
-    EQUIVALENT,
     LEAST_SCORE,
     LEAST_SHRINK,
     MARGIN,

@@ -1,13 +1,19 @@
-"""The answer as data: what `gap.json` holds."""
+"""The answer as data: what `gap.json` holds, whoever writes or scores it."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, get_args
 
 FORMAT = "camtruth-gap/1"
+
+Verdict = Literal["matched", "explained", "partly explained", "unexplained", "insufficient data"]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+
+EQUIVALENT = 0.9
+"""Part of a signature that calibration takes up, from which an effect counts as calibrated."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +52,7 @@ class Suspect:
         name: of the effect.
         probability: that it is this one.
         gap: what would be left of the gap with it.
-        calibration_equivalent: whether calibration takes up more than 90 % of it.
+        calibration_equivalent: whether calibration takes up more than `EQUIVALENT` of it.
         score: fall of chi-squared on frames that did not fit it.
     """
 
@@ -98,7 +104,7 @@ class GapReport:
     """What a diagnosis says.
 
     Attributes:
-        verdict: matched, explained, partly explained, unexplained or insufficient data.
+        verdict: one of `VERDICTS`.
         effects: what was added, strongest first.
         candidates: all suspects, best first.
         gap: before and after.
@@ -109,7 +115,7 @@ class GapReport:
         notes: what a reader must know besides.
     """
 
-    verdict: str
+    verdict: Verdict
     effects: tuple[Named, ...] = ()
     candidates: tuple[Suspect, ...] = ()
     gap: Gap

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from analysis.gap.search.choice import EQUIVALENT
+from analysis.gap.report import EQUIVALENT
 from analysis.gap_bench.share import Share
 from analysis.identifiability.limits import Limit
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from analysis.gap.search.choice import EQUIVALENT
+from analysis.gap.report import EQUIVALENT
 from analysis.gap_bench.answers import BANDS, Row, borne_out, confusion
 from analysis.gap_bench.count import Line
 from analysis.gap_bench.severity import THRESHOLD

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from analysis.gap.report import NO_GAP, GapReport
+from analysis.gap.report import FORMAT as GAP_FORMAT
+from analysis.gap.report import NO_GAP, VERDICTS, GapReport
 from camtruth.blind.errors import BlindError
 from camtruth.blind.format import CASES, NOMINAL, CaseEntry, SetDocument, read_set
 from foundation.errors import InputError, unknown
@@ -20,9 +21,6 @@ from foundation.jobs import fingerprint, run
 from foundation.output import new_file
 from foundation.resumable import resumable_folder
 from foundation.users_code import users_code, users_module
-
-GAP_FORMAT = "camtruth-gap/1"
-VERDICTS = ("matched", "explained", "partly explained", "unexplained", "insufficient data")
 
 Solver = Callable[[Path, tuple[str, ...]], dict[str, Any]]
 EXPECTED = "expected a function (folder, without) that returns a gap report as a dict"
@@ -112,7 +110,7 @@ def checked(found: Any, source: str) -> dict[str, Any]:
             f"the effects in {source}",
             "expected a list of tables with name, probability (0 to 1) and at most two names in"
             " indistinguishable_from",
-            "see the format camtruth-gap/1",
+            f"see the format {GAP_FORMAT}",
         )
     return found
 

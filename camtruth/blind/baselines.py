@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.report import FORMAT, Verdict
 from camtruth.blind.format import NOMINAL
 from camtruth.blind.ruler import battery
 from foundation.errors import InputError
@@ -161,11 +162,11 @@ def _report(
     before: float,
     after: float,
     *,
-    unsure: str = "matched",
+    unsure: Verdict = "matched",
 ) -> dict[str, Any]:
     after = after if named else before
     return {
-        "format": "camtruth-gap/1",
+        "format": FORMAT,
         "verdict": "explained" if named else unsure,
         "effects": [
             {

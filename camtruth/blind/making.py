@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.report import FORMAT as GAP_FORMAT
 from camtruth.blind.design import Wanted, body, design, exposed, nominal
 from camtruth.blind.foreign.library import missing, outsiders
 from camtruth.blind.format import (
@@ -268,7 +269,7 @@ Each folder below `cases/` is a capture: `capture.toml`, frames, the light on th
 wrong, in others one or two effects are, from a catalogue or from elsewhere. `set.toml` lists the
 cases; a case with `without` may not be explained by the effects named there, whatever is wrong.
 
-Answer each case NAME with a gap report, `NAME.json` (format camtruth-gap/1), all in one folder,
+Answer each case NAME with a gap report, `NAME.json` (format {GAP_FORMAT}), all in one folder,
 then write their hashes into it: `sha256sum *.json > SHA256SUMS`. Only then is the seal opened.
 Its SHA-256 is the commitment in `set.toml`:
 

@@ -10,18 +10,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from analysis.gap.report import EQUIVALENT, Verdict
 from camtruth.blind.format import CaseTruth, TrueEffect
 from sensor.catalogue import catalogue
 
 CONFIDENT = 0.5
-EQUIVALENT = 0.9
-"""Part of a signature that calibration takes up, from which a case counts as calibrated."""
 
 BANDS = (("below 1", 0.0, 1.0), ("1 to 2", 1.0, 2.0), ("2 to 4", 2.0, 4.0),
          ("over 4", 4.0, float("inf")))  # fmt: skip
 """Severity in detection limits."""
 
-QUIET = ("matched", "insufficient data")
+QUIET: tuple[Verdict, ...] = ("matched", "insufficient data")
 INTERVAL_Z = 1.6449
 """Standard errors on each side of an estimate that hold 90 % of a normal distribution."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from analysis.gap.measure.case import Candidate
+from analysis.gap.report import EQUIVALENT
 from analysis.gap.suspects.separating import confused
 from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.specular_glare import SpecularGlare
@@ -70,9 +71,6 @@ DOUBTED = 0.4
 """Factor of the probability of a suspect that barely deserves its name: where this was tuned, about
 half of the names that were given at scores of 15 to 40 were right, and of seven that were given at
 45 to 110 since (seeds 23 and 24 of the bench, and 71 of docs/another-camera.md) four."""
-
-EQUIVALENT = 0.9
-"""Part of a signature that calibration takes up, from which an effect counts as calibrated."""
 
 BEYOND_CALIBRATION = 60.0
 """Score of such an effect that is evidence by itself. Nulls have had up to 33, where calibration's

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
+from analysis.gap.report import EQUIVALENT
 from analysis.gap.search.choice import (
     BEYOND_CALIBRATION,
     BUMPS,
     DRAWN,
-    EQUIVALENT,
     LEAST_SHRINK,
     SIGNIFICANCE,
     TELLS_LITTLE,

@@ -13,7 +13,7 @@ from analysis.gap.camera.base import Body
 from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.look.texture import FAMILY as TEXTURE
 from analysis.gap.ready.setting import Setting
-from analysis.gap.report import Gap
+from analysis.gap.report import Gap, Verdict
 from analysis.gap.search.choice import NARROWEST_PATCH_PX, TELLS_LITTLE
 from analysis.gap.search.closing import against, closed, untouched
 from analysis.gap.search.later import stands_beside
@@ -76,7 +76,7 @@ of set 13 of the withheld effects six were named that were wider, 0.48 to 1.13, 
 veil and one for a gamma; of ten narrower ones seven were right, 0.22 to 0.39."""
 
 
-def most_of(place: int, word: str, gap: Gap, found: Trail, setting: Setting) -> float:
+def most_of(place: int, word: Verdict, gap: Gap, found: Trail, setting: Setting) -> float:
     """The probability that a name does not pass.
 
     Args:
@@ -99,7 +99,7 @@ def most_of(place: int, word: str, gap: Gap, found: Trail, setting: Setting) -> 
     )
 
 
-def most_of_a_name(word: str, found: Trail) -> float:
+def most_of_a_name(word: Verdict, found: Trail) -> float:
     """The probability that no name passes."""
     if word == "explained":
         return MOST_CERTAIN

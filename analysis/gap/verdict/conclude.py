@@ -8,9 +8,8 @@ from analysis.gap.calibrate.calibration_figures import calibration_figures
 from analysis.gap.look.shots import FEWEST_FRAMES, FEWEST_SHOTS, GROUP_FRAMES
 from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
-from analysis.gap.report import NO_GAP, GapReport, Named, Suspect
+from analysis.gap.report import EQUIVALENT, NO_GAP, GapReport, Named, Suspect, Verdict
 from analysis.gap.search.choice import (
-    EQUIVALENT,
     Choice,
     probabilities,
 )
@@ -117,7 +116,7 @@ def _nearest(found: Trail) -> Candidate | None:
     return max(closing, key=lambda c: c.forward, default=None)
 
 
-def _wanted(word: str, found: Trail) -> str | None:
+def _wanted(word: Verdict, found: Trail) -> str | None:
     """The capture that would tell more; None where it is not needed."""
     if word == "unexplained":
         return next_capture([c.name for c in found.candidates[:2]])

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting
-from analysis.gap.report import Gap
+from analysis.gap.report import Gap, Verdict
 from analysis.gap.search.choice import (
     DRAWN,
     LEAST_SHRINK,
@@ -62,7 +62,7 @@ LEAST_TRUST = 0.4
 something is left."""
 
 
-def probability_of(place: int, word: str, gap: Gap, found: Trail, setting: Setting) -> float:
+def probability_of(place: int, word: Verdict, gap: Gap, found: Trail, setting: Setting) -> float:
     """Probability that an effect which is named is the one.
 
     Args:
@@ -166,7 +166,7 @@ def beside(choice: Choice, choices: Sequence[Choice]) -> float:
     return min(1.0, choice.probability / max(1.0 - rivals, choice.probability))
 
 
-def _trust(word: str, gap: Gap, alone: float, place: int, count: int) -> float:
+def _trust(word: Verdict, gap: Gap, alone: float, place: int, count: int) -> float:
     """Factor of the probability of an effect, by what is left with it.
 
     Where something is left, the first one's model is not quite that of the camera, and whoever

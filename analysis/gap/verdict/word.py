@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.report import Gap
+from analysis.gap.report import Gap, Verdict
 from analysis.gap.search.choice import (
     LEAST_SHRINK,
     MAY_BE_NOTHING,
@@ -12,7 +12,7 @@ from analysis.gap.search.choice import (
 )
 
 
-def word_of(effects: int, gap: Gap, elsewhere: bool = False) -> str:
+def word_of(effects: int, gap: Gap, elsewhere: bool = False) -> Verdict:
     """The word of the report.
 
     Args:
