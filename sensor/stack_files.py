@@ -218,6 +218,9 @@ _READERS: dict[str, Callable[[Path], NDArray[Any]]] = {
     ".fit": _fits,
 }
 
+ENDINGS = (".npy", *_READERS)
+"""Of every file that is read."""
+
 
 def refuse_size(path: Path, sides: tuple[int, ...]) -> None:
     """Refuse a file whose frames claim more pixels than the limit, before they are made.

@@ -1,4 +1,7 @@
-"""The effect of docs/extending.md: one new file, and every command, table and law has it."""
+"""What docs/extending.md adds is one new file.
+
+An effect, which every command, table and law has; and a format, which `camtruth import` takes.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import camtruth.exchange.readers
 import sensor.effects
+from camtruth.exchange.reader import readers
+from camtruth.exchange.readers import images
+from sensor import stack_files
+from sensor.capture_folder import read_capture
 from sensor.catalogue import catalogue
 from tests import test_effect_laws as laws
 from tests.conftest import Run, Small
@@ -94,3 +102,69 @@ def test_its_own_test_passes_and_an_impostor_fails_it(
     monkeypatch.setattr(kind, "apply", independent)
     with pytest.raises(AssertionError, match="variance between the halves"):
         names["test_the_halves_move_against_each_other"]()
+
+
+@pytest.fixture
+def pgm(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """The page's reader, as a file in a folder that the package of readers spans."""
+    (page,) = [b for b in blocks("docs/extending.md", "python") if "READER" in b]
+    folder = tmp_path_factory.mktemp("readers")
+    (folder / "pgm.py").write_text(page, encoding="utf-8")
+    package = camtruth.exchange.readers
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
+    readers.cache_clear()
+    yield
+    sys.modules.pop("camtruth.exchange.readers.pgm", None)
+    monkeypatch.undo()
+    readers.cache_clear()
+
+
+WORDS = ("import", "frames", "--exposure", "*=0.02", "--light", "*=lamp", "--cfa", "none",
+         "--camera", "mine")  # fmt: skip
+
+
+def write_pgm(stack: np.ndarray[Any, Any], largest: int) -> None:
+    (Path("frames") / "lit").mkdir(parents=True)
+    for k, frame in enumerate(stack):
+        header = b"P5\n%d %d\n%d\n" % (frame.shape[1], frame.shape[0], largest)
+        (Path("frames/lit") / f"{k}.pgm").write_bytes(header + frame.tobytes())
+
+
+@pytest.mark.parametrize(("kind", "largest"), [("u1", 255), (">u2", 4095)])
+def test_frames_of_a_new_format_come_in(pgm: Any, run: Run, kind: str, largest: int) -> None:
+    stack = np.random.default_rng(1).integers(0, largest + 1, (3, 6, 8)).astype(kind)
+    write_pgm(stack, largest)
+    assert run(*WORDS).code == 0
+    (frames,) = read_capture(Path("camtruth-out/import")).frames
+    assert np.array_equal(frames.dn, stack)
+    assert frames.bits == largest.bit_length()
+    record = json.loads(Path("camtruth-out/import/import.json").read_text(encoding="utf-8"))
+    assert record["shots"][0]["header"] == {"where": "PGM header", "bits": largest.bit_length()}
+
+
+def test_damage_to_it_is_one_line_and_help_names_it(pgm: Any, run: Run) -> None:
+    write_pgm(np.zeros((1, 6, 8), np.uint8), 255)
+    whole = Path("frames/lit/0.pgm").read_bytes()
+    for damaged in (b"", b"P5", b"P5 0 0 255 ", whole[:-1], whole.replace(b"255", b"99999")):
+        Path("frames/lit/0.pgm").write_bytes(damaged)
+        assert "is no whole PGM" in run(*WORDS).complaint
+    Path("frames/lit/0.pgm").write_bytes(b"P5 99999 99999 255 ")
+    assert "CAMTRUTH_MAX_PIXELS" in run(*WORDS).complaint
+    Path("frames/lit/0.pgm").unlink()
+    assert ".pef, .pgm, .png" in run(*WORDS).complaint
+
+
+def test_without_its_file_it_is_left_aside(run: Run) -> None:
+    write_pgm(np.zeros((1, 6, 8), np.uint8), 255)
+    assert "no frames in frames" in run(*WORDS).complaint
+
+
+def test_no_two_readers_claim_an_ending() -> None:
+    claimed = [name for reader in readers() for name in (*reader.endings, *reader.marks)]
+    assert len(claimed) == len(set(claimed)) >= 20
+
+
+def test_import_reads_every_image_that_a_capture_folder_may_hold() -> None:
+    """From the table of the capture folder: a new function there is enough."""
+    assert images.READER.endings == (".npy", *stack_files._READERS)
+    assert set(images.HEADERS) <= set(stack_files._READERS)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.readers.told import Told
+from camtruth.exchange.reader import Told
 from camtruth.exchange.reels import Reel
 from foundation.errors import unknown
 from sensor.capture_folder import ShotDocument

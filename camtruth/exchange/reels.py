@@ -7,7 +7,7 @@ of single images, in the order of their names. `shots.toml` or `capture.toml` sa
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,9 @@ from typing import Any
 from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.readers import images, raw, video, zarr
-from camtruth.exchange.readers.told import Roll, Told
+from camtruth.exchange.reader import Roll, Told, kinds, reader_of
 from sensor.capture_folder import inside
 from sensor.stack_files import matching
-
-Read = Callable[[Path], Roll]
-
-READERS: Mapping[str, Read] = {
-    **dict.fromkeys(images.ENDINGS, images.read),
-    **dict.fromkeys(raw.ENDINGS, raw.read),
-    **dict.fromkeys(video.ENDINGS, video.read),
-}
 
 SAME_EXPOSURE = 1e-3
 """Frames of a shot may differ by this part in their stated exposure: cameras round it."""
@@ -64,21 +55,20 @@ def _alike(a: float | None, b: float | None) -> bool:
 
 
 def read(path: Path) -> Roll:
-    """A file of frames, or a Zarr folder.
+    """A file of frames, or a folder that is one.
 
     Raises:
         InputError: when it is none of a kind that is read, or damaged.
     """
-    if path.is_dir():
-        return zarr.read(path)
-    reader = READERS.get(path.suffix.lower())
+    reader = reader_of(path)
     if reader is None:
+        endings, folders = kinds()
         raise ExchangeError(
             f"{path} is of a kind that is not read",
-            f"expected {', '.join(sorted(READERS))} or Zarr",
+            f"expected {endings} or {folders}",
             "convert it",
         )
-    return reader(path)
+    return reader.read(path)
 
 
 def reel_of(label: str, files: Sequence[Path]) -> Reel:
@@ -114,7 +104,7 @@ def discovered(folder: Path) -> tuple[list[Reel], list[Path]]:
             continue
         if path.is_dir():
             reels += _of_folder(inside(folder, path.name), aside)
-        elif path.suffix.lower() not in READERS:
+        elif reader_of(path) is None:
             aside.append(path)
         elif read(inside(folder, path.name)).several:
             reels.append(reel_of(label_of(path.stem), [path]))
@@ -123,9 +113,10 @@ def discovered(folder: Path) -> tuple[list[Reel], list[Path]]:
     if single:
         reels.append(reel_of(label_of(folder.resolve().name), single))
     if not reels:
+        endings, folders = kinds()
         raise ExchangeError(
             f"no frames in {folder}",
-            f"expected files that end in {', '.join(sorted(READERS))}, or Zarr",
+            f"expected files that end in {endings}, or {folders}",
             "convert them, or check the path",
         )
     labels = [reel.label for reel in reels]
@@ -140,16 +131,13 @@ def discovered(folder: Path) -> tuple[list[Reel], list[Path]]:
 
 
 def _of_folder(folder: Path, aside: list[Path]) -> list[Reel]:
-    if any((folder / mark).is_file() for mark in zarr.MARKS):
-        arrays = [
-            path
-            for path in sorted(folder.iterdir())
-            if path.is_dir() and any((path / mark).is_file() for mark in zarr.MARKS)
-        ]
+    reader = reader_of(folder)
+    if reader is not None:
+        arrays = [p for p in sorted(folder.iterdir()) if p.is_dir() and reader.reads(p)]
         return [reel_of(label_of(path.name), [path]) for path in arrays or [folder]]
     files = []
     for path in sorted(folder.iterdir()):
-        if path.is_file() and path.suffix.lower() in READERS:
+        if path.is_file() and reader_of(path) is not None:
             files.append(inside(folder, path.name))
         else:
             aside.append(path)

@@ -1,1 +1,1 @@
-"""Reading what cameras and other programs write: one file a family of formats."""
+"""Reading what cameras and other programs write: one file a family of formats, with a READER."""

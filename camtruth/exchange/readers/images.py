@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.readers.told import Roll, Told, positive
+from camtruth.exchange.reader import Reader, Roll, Told, positive
 from foundation.quiet import quiet
 from sensor.capture_folder import inside
-from sensor.stack_files import read_stack
+from sensor.stack_files import ENDINGS, read_stack
 
 EXPOSURE_TIME, MODEL, EXIF_FOLDER = 33434, 272, 34665
 
@@ -131,4 +131,6 @@ HEADERS: dict[str, Callable[[Path], Told]] = {
     ".fits": _fits,
     ".fit": _fits,
 }
-ENDINGS = (".npy", *HEADERS)
+"""What reads the header; the other files that `sensor.stack_files` reads have none."""
+
+READER = Reader(name="images", read=read, endings=ENDINGS)

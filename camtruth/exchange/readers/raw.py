@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
-from camtruth.exchange.readers.told import Roll, Told, positive
+from camtruth.exchange.reader import Reader, Roll, Told, positive
 from foundation.errors import InputError
 from foundation.quiet import quiet
 from sensor.stack_files import refuse_size
-
-ENDINGS = (".dng", ".cr2", ".cr3", ".nef", ".arw", ".raf", ".rw2", ".orf", ".pef", ".srw")
 
 
 def read(path: Path) -> Roll:
@@ -68,3 +66,10 @@ def _roll(path: Path, raw: Any) -> Roll:
         yield frame
 
     return Roll(told=told, frames=one(), several=False)
+
+
+READER = Reader(
+    name="raw files",
+    read=read,
+    endings=(".dng", ".cr2", ".cr3", ".nef", ".arw", ".raf", ".rw2", ".orf", ".pef", ".srw"),
+)

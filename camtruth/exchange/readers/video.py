@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
-from camtruth.exchange.readers.told import Roll, Told
+from camtruth.exchange.reader import Reader, Roll, Told
 from foundation.errors import InputError
 from foundation.quiet import quiet
 from sensor.stack_files import refuse_size
-
-ENDINGS = (".mkv", ".avi", ".mp4", ".mov", ".webm")
 
 RGB = ("rgb24", "bgr24", "bgr0", "rgb0", "0rgb", "0bgr", "gbrp", "rgba", "bgra")
 """Pixel formats whose 8-bit colours are rgb24 without loss."""
@@ -87,3 +85,6 @@ def _frames(av: Any, path: Path, wanted: str | None) -> Iterator[NDArray[Any]]:
 
 def _damaged(path: Path, text: str) -> ExchangeError:
     return ExchangeError(f"cannot read {path} ({text})", "expected a whole video", "copy it again")
+
+
+READER = Reader(name="video", read=read, endings=(".mkv", ".avi", ".mp4", ".mov", ".webm"))

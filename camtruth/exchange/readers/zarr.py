@@ -11,11 +11,8 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
-from camtruth.exchange.readers.told import Roll, Told, positive
+from camtruth.exchange.reader import Reader, Roll, Told, positive
 from sensor.stack_files import refuse_size
-
-MARKS = ("zarr.json", ".zarray")
-"""A folder with one of these is a Zarr array or group."""
 
 
 def read(path: Path) -> Roll:
@@ -61,3 +58,6 @@ def _damaged(path: Path, problem: Exception) -> ExchangeError:
     return ExchangeError(
         f"cannot read {path} ({text[:200]})", "expected a Zarr array", "copy it again"
     )
+
+
+READER = Reader(name="Zarr", read=read, marks=("zarr.json", ".zarray"))  # arrays and groups
