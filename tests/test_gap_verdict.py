@@ -242,18 +242,6 @@ def test_every_confusion_names_effects_that_exist() -> None:
     assert "dark" in next_capture(["row_noise", "black_level_drift"])
 
 
-def test_every_effect_of_the_catalogue_has_a_separating_capture() -> None:
-    """Alone and beside one of another group; the last words are for what is no effect."""
-    known = frozenset().union(*(names for names, _ in SEPARATED_BY))
-    others = {name for name, kind in catalogue().items() if not kind.base}
-    assert others <= known, f"add to a group of SEPARATED_BY: {sorted(others - known)}"
-    by_default = next_capture(["no effect"])
-    for name in others:
-        assert next_capture([name]) != by_default
-    (fringes,) = (text for names, text in SEPARATED_BY if "lateral_chromatic_aberration" in names)
-    assert fringes in next_capture(["lateral_chromatic_aberration", "jpeg"])
-
-
 def test_patterns_that_are_drawn_anew_are_named_together() -> None:
     """Dust and slow waves of the response differ by where they lie, which twins do not tell."""
     found = choose([candidate("dust_shadow", 200.0), candidate("adc_dnl", 60.0),
