@@ -303,3 +303,23 @@ def test_what_little_is_closed_names_nobody() -> None:
     lead: Any = SimpleNamespace(choices=(choice,), candidates=[best], measured=measured)
     setting: Any = None
     assert trust.stands_out(lead, setting) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("word", "before", "p_after", "count", "factor"),
+    [
+        ("explained", 0.05, 0.3, 1, 1.0),
+        ("explained", 0.05, 0.3, 2, 1.0),
+        ("partly explained", 0.05, 1e-5, 1, trust.DOUBT),
+        ("partly explained", 0.05, 1e-5, 2, trust.DOUBT),
+        ("partly explained", 0.05, 0.02, 1, trust.LATER),
+        ("partly explained", 5.0, 1e-5, 1, 1.0),
+    ],
+)
+def test_of_a_small_gap_of_which_something_is_left_no_name_is_sure(
+    word: Any, before: float, p_after: float, count: int, factor: float
+) -> None:
+    """An offset of the black level was a white balance with 0.85: of G 0.034 it left 0.001, and a
+    chance of 4e-5."""
+    gap: Any = SimpleNamespace(before=before, p_value_after=p_after)
+    assert trust.by_what_is_left(word, gap, 1.0, 0, count) == pytest.approx(factor)

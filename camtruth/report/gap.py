@@ -256,7 +256,7 @@ def _simulated(model: Fit, label: str, count: int) -> NDArray[np.generic]:
     scenery = model.scenery
     shot = next(s for s in scenery.shots if s.label == label)
     camera = camera_of(model.base, scenery.body).plus(*model.effects)
-    lit = electrons(scenery.light, model.base.blur_px2, model.base.level)
+    lit = electrons(scenery.light, model.base.blur, model.base.level)
     return pixels_of(camera, simulate(camera, shot, lit, frames=range(count)))
 
 

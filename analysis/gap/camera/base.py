@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.camera.blur import Blur
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -59,6 +60,7 @@ class Base:
             variances above are those before it.
         origin_dn: the code that it leaves alone, where combs tell it; else the mean black level.
         blur_px2: variance by which the picture is softer than its light, along each axis.
+        edges: whether that light has edges within its pixels; see `Blur`.
         level: electrons per unit of the light, by lamp, each per channel.
     """
 
@@ -78,6 +80,7 @@ class Base:
     white_balance: WhiteBalance | None
     origin_dn: float | None = None
     blur_px2: float
+    edges: bool = False
     level: Mapping[str, Floats]
 
     def moved(self, name: str, channel: int | None, by: float) -> Base:
@@ -129,6 +132,11 @@ class Base:
                 field = {"read": "read_dn2", "fpn": "fpn_dn2", "prnu": "prnu2"}[name]
                 values = np.maximum(getattr(self, field) + step, 0.0)
                 return dataclasses.replace(self, **{field: values})
+
+    @property
+    def blur(self) -> Blur:
+        """How its light is softened."""
+        return Blur(variance_px2=self.blur_px2, edges=self.edges)
 
     @property
     def reference_dn(self) -> float:

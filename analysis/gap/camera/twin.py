@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.base import Base, Body, camera_of
+from analysis.gap.camera.blur import Blur, softened
 from analysis.gap.camera.light import Light, Rate, lamp_of, level_of, single
 from analysis.gap.camera.light_blocks import beyond_stated, light_noise
 from analysis.gap.look.arithmetic import FINER
@@ -182,12 +183,12 @@ def lights_of(scenery: Scenery, base: Base, bare: Camera) -> list[Signal]:
         bare: the same as a camera without any other effect; see `camera_of`.
     """
     level, where = _kept_by(base.level), backend()
-    return [_lit(scenery.light, base.blur_px2, level, bare, shot, where) for shot in scenery.shots]
+    return [_lit(scenery.light, base.blur, level, bare, shot, where) for shot in scenery.shots]
 
 
-def electrons(light: Light, blur_px2: float, level: Mapping[str, Floats]) -> dict[str, Rate]:
-    """The light in electrons per second of a calibrated camera; `level` and `blur_px2` are its."""
-    return _electrons(light, blur_px2, _kept_by(level))
+def electrons(light: Light, blur: Blur, level: Mapping[str, Floats]) -> dict[str, Rate]:
+    """The light in electrons per second of a calibrated camera; `level` and `blur` are its."""
+    return _electrons(light, blur, _kept_by(level))
 
 
 _Level = tuple[tuple[str, tuple[float, ...]], ...]
@@ -201,35 +202,25 @@ def _kept_by(level: Mapping[str, Floats]) -> _Level:
 @functools.lru_cache(maxsize=KEPT_SHOTS)
 def _lit(
     light: Light,
-    blur_px2: float,
+    blur: Blur,
     level: _Level,
     bare: Camera,
     shot: Shot,
     where: Backend,
 ) -> Signal:
     """The light of a shot before the first effect."""
-    return lit(bare, shot, _electrons(light, blur_px2, level), where)
+    return lit(bare, shot, _electrons(light, blur, level), where)
 
 
 @functools.lru_cache(maxsize=4)
-def _electrons(light: Light, blur_px2: float, level: _Level) -> dict[str, Rate]:
-    soft = _soft(light, blur_px2)
+def _electrons(light: Light, blur: Blur, level: _Level) -> dict[str, Rate]:
+    soft = _soft(light, blur)
     return {lamp: soft[lamp] * np.array(figures, np.float32) for lamp, figures in level}
 
 
 @functools.lru_cache(maxsize=4)
-def _soft(light: Light, blur_px2: float) -> dict[str, Rate]:
-    return {lamp: softened(rate, blur_px2) for lamp, rate in light.falls.items()}
-
-
-def softened(rate: Rate, variance_px2: float) -> Rate:
-    """A picture convolved with a normal distribution of that variance along each axis."""
-    if variance_px2 <= 0:
-        return rate
-    import cv2
-
-    sigma_px = float(np.sqrt(variance_px2))
-    return np.asarray(cv2.GaussianBlur(rate, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT_101))
+def _soft(light: Light, blur: Blur) -> dict[str, Rate]:
+    return {lamp: softened(rate, blur) for lamp, rate in light.falls.items()}
 
 
 MORE = 4
