@@ -22,6 +22,7 @@ from analysis.gap.ready.setting import look
 from analysis.gap.search import confirm
 from analysis.gap.search.choice import Choice
 from analysis.identifiability.known import base_of
+from sensor.effects.adc_dnl import AdcDnl
 from sensor.effects.dust_shadow import DustShadow
 from sensor.effects.sharpening import Sharpening
 from sensor.record import record
@@ -173,3 +174,32 @@ def test_a_blur_is_calibrated_where_light_comes_from_outside_of_the_frames(
     lit = dataclasses.replace(setting.scenery.light, in_electrons=in_electrons)
     knobs = knobs_of(base_of(camera(), [LAMP]), dataclasses.replace(setting.scenery, light=lit))
     assert any(knob.name == "blur" for knob in knobs) == in_electrons
+
+
+def test_what_leaves_something_is_tried_with_its_other_strength(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A converter that compares leaves something, and one that weighs nothing."""
+
+    def step(effect: AdcDnl) -> Any:
+        weighs = effect.unit_mismatch > 0
+        left = SimpleNamespace(
+            held=SimpleNamespace(total=0.0 if weighs else 5.0),
+            whole=SimpleNamespace(p_by_family={"codes": 0.5 if weighs else 1e-9}),
+        )
+        model = SimpleNamespace(effects=(effect,), base="base")
+        return SimpleNamespace(model=model, left=left, ends=weighs)
+
+    tried: list[AdcDnl] = []
+
+    def calibrated(setting: Any, now: Any, effects: Any, base: Any) -> Any:
+        tried.append(effects[-1])
+        return step(effects[-1])
+
+    monkeypatch.setattr(confirm, "_calibrated", calibrated)
+    nothing: Any = None
+    compares = AdcDnl(unit_mismatch=0.0, threshold_sigma_dn=0.1)
+    best = confirm._with_other_choices(nothing, step(compares))
+    (other,) = tried
+    assert best.ends and best.model.effects == (other,)
+    assert other.unit_mismatch > 0 and other.threshold_sigma_dn == 0

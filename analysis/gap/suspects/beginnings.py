@@ -100,6 +100,13 @@ def choice_of(effect: Effect) -> tuple[float, ...]:
     return tuple(getattr(effect, p.name) for p in effect.parameters() if _is_a_choice(p))
 
 
+def kind_of(effect: Effect) -> tuple[tuple[float, ...], frozenset[str]]:
+    """The choices that an effect was made with, and which of its strengths it has: a converter that
+    weighs is not one that compares.
+    """
+    return choice_of(effect), _strengths_on(effect)
+
+
 def is_a_scale(p: Parameter) -> bool:
     """Whether a parameter is one of many whole numbers, along which a search climbs."""
     return p.whole and p.maximum - p.minimum >= LONG
