@@ -201,5 +201,7 @@ def test_what_leaves_something_is_tried_with_its_other_strength(
     compares = AdcDnl(unit_mismatch=0.0, threshold_sigma_dn=0.1)
     best = confirm._with_other_choices(nothing, step(compares))
     (other,) = tried
-    assert best.ends and best.model.effects == (other,)
-    assert other.unit_mismatch > 0 and other.threshold_sigma_dn == 0
+    assert best.ends
+    assert best.model.effects == (other,)
+    assert other.unit_mismatch > 0
+    assert other.threshold_sigma_dn == 0
