@@ -11,7 +11,7 @@ import pytest
 
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.signature import starts
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.suspects import anew, beginnings, starting_points, valley
 from analysis.gap.suspects.beginnings import LOUDER, as_dark, choices, every_choice
 from sensor.effects.ambient_light import AmbientLight
@@ -128,8 +128,8 @@ def test_where_frames_tell_a_camera_the_light_is_not_that_of_another_one(
         scenery=SimpleNamespace(light="changed", rules=()),
         misfit=3.0,
     )
-    anew.anew(case, found, ambient, Told(hints={}, exact=False, base=BASE))
-    anew.anew(case, found, ambient, Told(hints={}, exact=False))
+    anew.anew(case, found, ambient, DirectReading(hints={}, exact=False, base=BASE))
+    anew.anew(case, found, ambient, DirectReading(hints={}, exact=False))
     assert lights == ["as it was", "changed"]
 
 
@@ -168,7 +168,7 @@ def test_a_codec_is_calibrated_as_it_most_likely_was(
     )
     jpeg = Jpeg(quality=90.0, subsampling=1.0)
     found: Any = SimpleNamespace(base=soft, effect=jpeg, name="jpeg", scenery=scenery, misfit=6.0)
-    anew.anew(case, found, jpeg, Told(hints={"quality": 90.0}, exact=exact))
+    anew.anew(case, found, jpeg, DirectReading(hints={"quality": 90.0}, exact=exact))
     assert (soft.blur_px2, IN_FRACTIONS, 2.0) in begun[:2]
     led = [one for one in begun if one[0] == 0.0]
     assert led[:3] == [(0.0, rule, 2.0) for rule in rules]
@@ -195,7 +195,7 @@ def test_choices_that_are_about_as_likely_before_calibration_are_calibrated_as_w
         as_found=cast(Any, None),
         base=BASE,
         effect=jpeg,
-        told=Told(hints={"quality": 90.0}, exact=False),
+        told=DirectReading(hints={"quality": 90.0}, exact=False),
         tuned=True,
     )
     gone = [effect.subsampling for _, effect in every.of_what_is_hidden(every.as_found)]
@@ -221,7 +221,7 @@ def test_a_quiet_camera_is_as_quiet_behind_a_cable(
         as_found=cast(Any, None),
         base=BASE,
         effect=Jpeg(quality=90.0, subsampling=1.0),
-        told=Told(hints={"quality": 90.0}, exact=False),
+        told=DirectReading(hints={"quality": 90.0}, exact=False),
         tuned=True,
     )
     for begun in every._unhidden:
@@ -259,7 +259,7 @@ def test_other_choices_are_made_beside_the_likeliest_camera_so_far(
         assert {effect.amount for _, effect in made} == {amount}
         assert 2.0 in {effect.passes for _, effect in made}
     for exact, others in ((True, set()), (False, {2.0, 4.0})):
-        told = Told(hints={"passes": 3.0}, exact=exact)
+        told = DirectReading(hints={"passes": 3.0}, exact=exact)
         made = list(dataclasses.replace(every, told=told).by_choosing(best))
         assert {effect.passes for _, effect in made} - {3.0} >= others
         assert ({effect.passes for _, effect in made} <= {3.0}) is exact

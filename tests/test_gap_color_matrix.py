@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from analysis.gap.ready.color_matrix import LEAST_PART, _parts, _vivid, matrix_of, mixed
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from sensor.effects.color_matrix import ColorMatrix
 from sensor.frames import Frames
 from tests.mosaic import MOSAIC, filled_in, lit
@@ -90,7 +90,7 @@ def test_grey_frames_have_no_colours_to_mix() -> None:
 def test_parts_of_a_strong_saturation_stay_inside_their_ranges(saturation: float) -> None:
     """From 1 + 1 / 0.587 on green's part would be below -1, which no camera file takes."""
     mix = ColorMatrix(saturation=saturation).matrix
-    told = matrix_of(Told(hints=_parts(mix)))
+    told = matrix_of(DirectReading(hints=_parts(mix)))
     most = np.abs(told - np.diag(np.diag(told))).max()
     assert most == pytest.approx(min(1.0, 0.587 * (saturation - 1.0)))
     assert _vivid(mix) == pytest.approx(saturation)

@@ -15,7 +15,7 @@ from PIL import Image
 from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.look.families import EVERY_SHOT, REPEATED_IN_PART
 from analysis.gap.ready.ambient_light import lit_room
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.setting import look
 from analysis.gap.report import NO_GAP, GapReport, Place
 from analysis.gap.verdict.conclude import conclude
@@ -126,7 +126,7 @@ def test_light_of_a_colour_in_the_darks_is_told_from_dark_current() -> None:
         PROTOCOL, shot=(Shot(label="long dark", exposure_s=0.06, frames=16), *PROTOCOL.shot)
     )
 
-    def told(effect: Effect) -> Told | None:
+    def told(effect: Effect) -> DirectReading | None:
         rates = {"lamp": light().rate_e_per_s}
         taken = record(camera().plus(effect).with_body(5), protocol, rates, seed=5)
         setting = look(taken, {"lamp": light()})

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.loud_pixels import loud
 from analysis.gap.ready.random_telegraph_noise import told_by_loud
 from sensor.effects.random_telegraph_noise import TOLD_S
@@ -26,7 +26,9 @@ def noise(seed: int) -> NDArray[np.float64]:
     return SIGMA_DN * np.random.default_rng(seed).standard_normal((FRAMES, HEIGHT, WIDTH))
 
 
-def told(*shots: NDArray[np.float64], exposures_s: tuple[float, ...] = EXPOSURES_S) -> Told | None:
+def told(
+    *shots: NDArray[np.float64], exposures_s: tuple[float, ...] = EXPOSURES_S
+) -> DirectReading | None:
     """What dark shots of a body tell that differ from black by so much."""
     seen = []
     for excess, exposure_s in zip(shots, exposures_s, strict=False):

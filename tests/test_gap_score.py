@@ -11,7 +11,7 @@ from scipy import stats
 
 from analysis.gap.measure.case import Case, candidate
 from analysis.gap.measure.signature import Signature
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.suspects.attribute import _untold, too_much
 from sensor.catalogue import catalogue
 from sensor.effects.row_noise import RowNoise
@@ -124,5 +124,5 @@ def test_what_frames_tell_to_the_last_digit_is_not_fitted_better(
 ) -> None:
     """Nor is a converter, where they tell that codes are lost."""
     found = {n: candidate_of(n, 100.0) for n in ("adc_dnl", "bit_truncation", "dust_shadow")}
-    words = {name: Told(hints={}, exact=exact) for name, exact in told.items()}
+    words = {name: DirectReading(hints={}, exact=exact) for name, exact in told.items()}
     assert {one.name for one in _untold(found, words)} == left

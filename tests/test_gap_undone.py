@@ -11,7 +11,7 @@ from analysis.gap.camera.light import Rate
 from analysis.gap.diagnose import calibrated
 from analysis.gap.look.curve import powered
 from analysis.gap.measure.measured import measured
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.setting import Setting, look
 from analysis.gap.ready.undone import unbent
 from sensor.frames import Capture
@@ -51,7 +51,7 @@ def test_light_is_read_in_front_of_the_curve_that_frames_tell() -> None:
     setting = looked_at(dataclasses.replace(capture, frames=bent))
     assert not setting.scenery.light.in_electrons
     shown = setting.scenery.light.rates[LAMP]
-    begun = unbent(setting, Told(hints={"exponent": exponent}))
+    begun = unbent(setting, DirectReading(hints={"exponent": exponent}))
     assert begun.scenery is not None
     assert power_of(shown) == pytest.approx(exponent, abs=0.02)
     assert power_of(begun.scenery.light.rates[LAMP]) == pytest.approx(1.0, abs=0.02)

@@ -16,7 +16,7 @@ from analysis.identifiability import known as known_camera
 from analysis.identifiability.known import base_of
 from analysis.identifiability.recommend import Recommendation, Step, choose, recommend
 from analysis.identifiability.shots import candidates, of_the_paper, with_uniform
-from analysis.identifiability.subsets import NEEDED, Told, told
+from analysis.identifiability.subsets import NEEDED, Separability, told
 from camtruth.commands.protocol import command, document, pixels, toml
 from foundation.errors import InputError
 from render.rate import RateHeader, RateImage
@@ -53,7 +53,7 @@ class Parts:
 
     shows: ClassVar = {"dark": {0}, "lit": {1, 2}, "again": {1}, "nothing": set[int]()}
 
-    def told_by(self, labels: Sequence[str], groups: int) -> Told:
+    def told_by(self, labels: Sequence[str], groups: int) -> Separability:
         seen: set[int] = set().union(*(self.shows[label] for label in labels))
         rows = np.diag([2.5 * np.sqrt(groups) * (k in seen) for k in range(3)])
         return told(rows, ["a", "b", "c"], [True] * 3)

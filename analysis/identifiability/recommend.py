@@ -10,7 +10,7 @@ from analysis.gap.calibrate.fit import around
 from analysis.gap.look.shots import GROUP_FRAMES, KEY_SHOTS
 from analysis.identifiability.known import base_of, scenery_of
 from analysis.identifiability.shots import candidates, of_the_paper, with_uniform
-from analysis.identifiability.subsets import Prediction, Told, predict
+from analysis.identifiability.subsets import Prediction, Separability, predict
 from foundation.errors import InputError
 from render.rate import RateImage
 from sensor.camera import Camera
@@ -54,7 +54,7 @@ class Recommendation:
     """
 
     protocol: Protocol
-    told: Told
+    told: Separability
     front: tuple[Step, ...]
     reference: Step | None
 
@@ -121,7 +121,7 @@ def recommend(
 
 def choose(
     predicted: Prediction, labels: Sequence[str], most_frames: int | None = None
-) -> tuple[tuple[Step, ...], Step, Told]:
+) -> tuple[tuple[Step, ...], Step, Separability]:
     """Shots one by one, each the one that helps most; then frames of each.
 
     Returns:
@@ -133,7 +133,7 @@ def choose(
         left = [label for label in labels if label not in order]
         merits = {label: predicted.told_by([*order, label], SEARCHED).merit for label in left}
         order.append(max(merits, key=lambda label: merits[label]))
-    tried: list[tuple[Step, Told]] = []
+    tried: list[tuple[Step, Separability]] = []
     for count in range(1, len(order) + 1):
         for groups in GROUPS:
             if most_frames is not None and count * groups * GROUP_FRAMES > most_frames:

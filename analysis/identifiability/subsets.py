@@ -30,12 +30,12 @@ NEEDED = STANDARD_ERRORS**2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Told:
-    """What some shots tell of each effect.
+class Separability:
+    """How well some shots show each effect, and tell it from every other one.
 
     Attributes:
         names: of the effects.
-        seen: chi-squared of each against none.
+        seen: (effects,), chi-squared of each against none.
         apart: (effects, effects), chi-squared of the first after the best amount of the second;
             infinite on the diagonal.
     """
@@ -82,7 +82,7 @@ class Told:
         return groups
 
 
-def told(rows: Floats, names: Sequence[str], either_way: Sequence[bool]) -> Told:
+def told(rows: Floats, names: Sequence[str], either_way: Sequence[bool]) -> Separability:
     """Lengths and angles of calibrated signatures.
 
     Args:
@@ -97,7 +97,7 @@ def told(rows: Floats, names: Sequence[str], either_way: Sequence[bool]) -> Told
         taken = np.where(seen > 0, along**2 / seen, 0.0)
     apart = np.maximum(seen[:, None] - taken, 0.0)
     np.fill_diagonal(apart, np.inf)
-    return Told(names=tuple(names), seen=seen, apart=apart)
+    return Separability(names=tuple(names), seen=seen, apart=apart)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,7 +107,7 @@ class Prediction:
     known: Fit
     signatures: tuple[Signature, ...]
 
-    def told_by(self, labels: Sequence[str], groups: int) -> Told:
+    def told_by(self, labels: Sequence[str], groups: int) -> Separability:
         """What some of the shots tell with so many groups of frames each."""
         part = only(self.known, labels)
         space = part.space(groups)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.reader import Told
+from camtruth.exchange.reader import Header
 from camtruth.exchange.reels import Reel
 from foundation.errors import unknown
 from sensor.capture_folder import ShotDocument
@@ -212,7 +212,7 @@ def camera_of(reels: Sequence[Reel], answers: Answers) -> str:
     )
 
 
-def mosaic_of(told: Sequence[Told], colour: bool, answers: Answers) -> str | None:
+def mosaic_of(told: Sequence[Header], colour: bool, answers: Answers) -> str | None:
     """The colours of the mosaic; None for a camera without, or unknown for RGB frames.
 
     Raises:
@@ -232,7 +232,7 @@ def mosaic_of(told: Sequence[Told], colour: bool, answers: Answers) -> str | Non
     )
 
 
-def bits_of(told: Sequence[Told], sample_bits: int, answers: Answers) -> int:
+def bits_of(told: Sequence[Header], sample_bits: int, answers: Answers) -> int:
     """Significant bits of a sample.
 
     Raises:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
+class Header:
     """What stands in a file's header; None where it says nothing.
 
     Attributes:
@@ -46,7 +46,7 @@ class Roll:
         several: whether the file can hold more than one frame.
     """
 
-    told: Told
+    told: Header
     frames: Iterator[NDArray[Any]]
     several: bool
 

@@ -15,7 +15,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.reader import Roll, Told, kinds, reader_of
+from camtruth.exchange.reader import Header, Roll, kinds, reader_of
 from sensor.capture_folder import inside
 from sensor.stack_files import matching
 
@@ -29,7 +29,7 @@ class Reel:
 
     label: str
     files: tuple[Path, ...]
-    told: Told
+    told: Header
 
     def frames(self) -> Iterator[NDArray[Any]]:
         """Every frame of every file.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.camera.base import MOST_DARK_E_PER_S
 from analysis.gap.camera.light_blocks import blocks_of
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, halves
 from sensor.colours import CHANNELS, Colours
@@ -27,7 +27,7 @@ STANDS_OUT = 10.0
 """Standard errors at which the scene is seen in the darks."""
 
 
-def lit_room(setting: Setting) -> Told | None:
+def lit_room(setting: Setting) -> DirectReading | None:
     """Light of a colour or a picture in the darks, and the base by moments without it.
 
     Dark current is the same under every filter and knows no scene. A base that takes light for dark
@@ -42,7 +42,7 @@ def lit_room(setting: Setting) -> Told | None:
     if shown is not None:
         rate = shown / base.gain_dn_per_e
         left = float(np.clip((gathered - rate).mean(), 0.0, MOST_DARK_E_PER_S))
-        return Told(
+        return DirectReading(
             hints={"rate_e_per_s": _by_colour(rate), "share_in_dark": 1.0, "by_the_scene": 1.0},
             exact=False,
             base=dataclasses.replace(base, dark_e_per_s=left, shown_e_per_s=left),
@@ -54,7 +54,7 @@ def lit_room(setting: Setting) -> Told | None:
         return None
     if np.ptp(gathered) < COLOURED * gathered.mean():
         return None
-    return Told(
+    return DirectReading(
         hints={"rate_e_per_s": _by_colour(gathered), "share_in_dark": 1.0, "by_the_scene": 0.0},
         exact=False,
         base=dataclasses.replace(base, dark_e_per_s=0.0, shown_e_per_s=0.0),

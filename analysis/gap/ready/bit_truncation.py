@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from analysis.bias.rounding import before_rounding_dn2
 from analysis.gap.calibrate.darks import LEAST_READ_DN2, black_by_light
 from analysis.gap.camera.base import Base
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.setting import Setting, halves
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ HIDDEN = 0.5
 """Part of a step below which noise of darks is hidden: as of any rounding."""
 
 
-def behind_steps(setting: Setting, told: Told, base: Base) -> Base | None:
+def behind_steps(setting: Setting, told: DirectReading, base: Base) -> Base | None:
     """The base with the noise and the black level that lit shots have in front of the steps; None
     where darks show theirs, or lit shots do not tell them.
 

@@ -30,7 +30,7 @@ from analysis.bias.rounding import rounded
 from analysis.gap.calibrate.darks import NODES, WEIGHTS
 from analysis.gap.camera.base import Base
 from analysis.gap.look.lattices import Lattice
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
@@ -84,7 +84,7 @@ class Walk:
     length_error: float
 
 
-def wandering(setting: Setting) -> Told | None:
+def wandering(setting: Setting) -> DirectReading | None:
     """Spread and length of the walks of black; None where dark frames do not wander.
 
     Args:
@@ -115,8 +115,8 @@ def wandering(setting: Setting) -> Told | None:
         "frame_length": along.length,
     }
     errors = {**errors, "frame_sigma_e": along.sigma_error, "frame_length": along.length_error}
-    fitted = Told(hints=hints, exact=False, base=dataclasses.replace(base, clamp_e2=0.0))
-    return Told(hints=hints, errors=errors, instead=fitted)
+    fitted = DirectReading(hints=hints, exact=False, base=dataclasses.replace(base, clamp_e2=0.0))
+    return DirectReading(hints=hints, errors=errors, instead=fitted)
 
 
 def _green(base: Base) -> int:

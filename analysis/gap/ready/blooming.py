@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.gap.calibrate.first_guess import Full
 from analysis.gap.camera.base import Base
 from analysis.gap.ready.full_well import dark_of, levels_of_full, lit, samples_of
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.typical_noise import gain_below
@@ -26,7 +26,7 @@ SHORT_ROWS = 5.0
 runs for a while and is then lost gets as far."""
 
 
-def brimful(setting: Setting) -> Told | None:
+def brimful(setting: Setting) -> DirectReading | None:
     """Where a search for the charge of full photosites begins, and the camera that is told by what
     is well below; None where no shot has full ones, or nothing is below.
 
@@ -54,7 +54,7 @@ def brimful(setting: Setting) -> Told | None:
         held_e = (np.array(list(at_least_dn.values())) - base.black_dn) / base.gain_dn_per_e
         charge_e = float(held_e[np.isfinite(held_e)].max())
     # a light that was made to look like full photosites has none to be filled
-    begin = Told(
+    begin = DirectReading(
         hints={"full_well_e": charge_e, "drained": USUALLY_DRAINED},
         exact=False,
         base=base,

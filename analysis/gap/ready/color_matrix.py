@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
 from analysis.gap.look.shots import HINT_FRAMES
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from foundation.cores import in_order
 from sensor.colours import Colours
 from sensor.effects.color_matrix import ColorMatrix
@@ -44,7 +44,7 @@ NOTHING = 0.003
 """Part of one colour in another that is none: no search begins with it."""
 
 
-def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
+def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> DirectReading | None:
     """The parts of a matrix; None where noise does not say that there is one.
 
     Args:
@@ -65,11 +65,11 @@ def mixed(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> Told | None:
     a_matrix = in_common(whole, best) < MOST_IN_COMMON * most
     if most <= max(LEAST_PART, CLEAR * error) or not a_matrix:
         return None
-    in_parts = Told(hints=_parts(best), exact=False)
+    in_parts = DirectReading(hints=_parts(best), exact=False)
     vivid = _vivid(best)
     if vivid is None:
         return in_parts
-    return Told(hints=NO_PARTS | {"saturation": vivid}, exact=False, instead=in_parts)
+    return DirectReading(hints=NO_PARTS | {"saturation": vivid}, exact=False, instead=in_parts)
 
 
 def covariances(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> list[dict[str, Floats]]:
@@ -161,6 +161,6 @@ def _parts(mix: Floats) -> dict[str, float | Colours]:
     }
 
 
-def matrix_of(told: Told) -> Floats:
+def matrix_of(told: DirectReading) -> Floats:
     """M, from what was told of it."""
     return ColorMatrix(**told.hints).matrix  # type: ignore[arg-type]

@@ -14,16 +14,16 @@ import dataclasses
 import numpy as np
 
 from analysis.gap.camera.base import Base
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 
 LEAST_PX = 1.5
 """Diameter below which a disc within the pixels is a normal distribution."""
 
 
-def soft(base: Base) -> Told | None:
+def soft(base: Base) -> DirectReading | None:
     """The disc that is as wide as the blur of a calibrated camera; None where that is sharp."""
     diameter_px = 4.0 * float(np.sqrt(base.blur_px2))
     if diameter_px < LEAST_PX:
         return None
     in_focus = dataclasses.replace(base, blur_px2=0.0)
-    return Told(hints={"diameter_px": diameter_px}, exact=False, base=in_focus)
+    return DirectReading(hints={"diameter_px": diameter_px}, exact=False, base=in_focus)

@@ -24,7 +24,7 @@ from analysis.gap.look.curve import powered
 from analysis.gap.look.lattices import channels_of
 from analysis.gap.look.one_group import blocks
 from analysis.gap.look.shots import HINT_FRAMES
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
 
@@ -58,7 +58,7 @@ class _Exposed:
     dark_dn: Floats
 
 
-def bent(setting: Setting) -> Told | None:
+def bent(setting: Setting) -> DirectReading | None:
     """The power of a curve behind which blocks go as the exposure, and where it begins: None where
     they go so without, or with none.
 
@@ -81,10 +81,10 @@ def bent(setting: Setting) -> Told | None:
         min((scatter(float(exponent), origin_dn), float(exponent), about) for exponent in EXPONENTS)
         for about, origin_dn in ((0.0, 0.0), (1.0, setting.black_dn))
     )
-    told: Told | None = None
+    told: DirectReading | None = None
     for left, exponent, about in reversed(likelier):
         if left < STRAIGHT * as_it_is and abs(exponent - 1.0) > NEARLY:
-            told = Told(
+            told = DirectReading(
                 hints={"exponent": exponent, "about_black": about}, exact=False, instead=told
             )
     return told

@@ -23,8 +23,8 @@ Hints = Mapping[str, float | Colours]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Told:
-    """A suspect of which the frames tell parameters, so that it is followed in any case.
+class DirectReading:
+    """What the frames tell of a suspect's parameters without a fit; it is followed in any case.
 
     Attributes:
         hints: the parameters.
@@ -38,7 +38,7 @@ class Told:
     hints: Hints
     exact: bool = True
     base: Base | None = None
-    instead: Told | None = None
+    instead: DirectReading | None = None
     scenery: Scenery | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
 

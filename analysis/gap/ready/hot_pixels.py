@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.lattices import Lattice
 from analysis.gap.look.shots import HINT_FRAMES
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.moments import gains_of
 from analysis.gap.ready.setting import Setting
 from sensor.frames import Frames
@@ -46,7 +46,7 @@ LEAST_NUMBER = 4
 bench (seed 30) one has as many, 7, by its uneven dark current."""
 
 
-def hot(setting: Setting) -> Told | None:
+def hot(setting: Setting) -> DirectReading | None:
     """Density and rate of hot photosites; None where too few stand out of the longest dark.
 
     Args:
@@ -62,7 +62,7 @@ def hot(setting: Setting) -> Told | None:
     density, excess_e, number = found
     hints = {"density": density, "rate_e_per_s": excess_e / darkness_s(longest.shot)}
     errors = {name: value / float(np.sqrt(number)) for name, value in hints.items()}
-    return Told(hints=hints, errors=errors)
+    return DirectReading(hints=hints, errors=errors)
 
 
 def longest_dark(setting: Setting) -> Frames | None:

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
-from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, Told
+from analysis.gap.ready.hints import FEWEST_OF_A_DWELL, DirectReading
 from analysis.gap.ready.loud_pixels import (
     AFTER_ONE_FRAME,
     BETWEEN_CODES_DN2,
@@ -113,7 +113,7 @@ class _Fit:
     told: Floats
 
 
-def trapped(setting: Setting) -> Told | None:
+def trapped(setting: Setting) -> DirectReading | None:
     """Share of photosites with a trap, amplitude and dwell times; None where too few pixels are
     loud, or not in the way of traps.
 
@@ -124,7 +124,7 @@ def trapped(setting: Setting) -> Told | None:
     return told_by_loud(loud(darks, setting.scenery.view.lattices, gains_of(setting)))
 
 
-def told_by_loud(pixels: Loud) -> Told | None:
+def told_by_loud(pixels: Loud) -> DirectReading | None:
     """The same of the loud pixels of a body.
 
     Args:
@@ -210,7 +210,7 @@ def _as_told(law: RandomTelegraphNoise, at: Floats) -> RandomTelegraphNoise:
     return dataclasses.replace(law, **inside)
 
 
-def _told(found: _Fit) -> Told | None:
+def _told(found: _Fit) -> DirectReading | None:
     """Parameters and their errors; None where it was no traps, or nobody can tell."""
     if found.chance < CHANCE or np.linalg.cond(found.told) > MOST_ALIKE:
         return None
@@ -226,7 +226,7 @@ def _told(found: _Fit) -> Told | None:
     values = {p.name: float(getattr(traps, p.name)) for p in traps.parameters()}
     scales = ("fraction", "amplitude_e", "dwell_up_s", "dwell_down_s")
     errors = {name: values[name] * float(r) for name, r in zip(scales, relative, strict=True)}
-    return Told(hints=values, errors=errors | {"spread": float(of_spread)})
+    return DirectReading(hints=values, errors=errors | {"spread": float(of_spread)})
 
 
 def _beginnings(pixels: Loud, *, alike: bool) -> list[Floats]:

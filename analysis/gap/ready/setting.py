@@ -20,7 +20,7 @@ from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import begun
 from analysis.gap.look.shots import Plan, plan, stack_of
-from analysis.gap.ready.hints import Told, empty_bits
+from analysis.gap.ready.hints import DirectReading, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
 from analysis.gap.ready.whole_codes import told_by_codes
 from render.rate import RateImage
@@ -51,7 +51,7 @@ class Setting:
     seen: Observation
     black_dn: float
     counting: HowItCounts
-    told: Mapping[str, Told]
+    told: Mapping[str, DirectReading]
 
     @property
     def key_frames(self) -> list[Frames]:

@@ -27,7 +27,7 @@ from analysis.gap.calibrate.refine import refined
 from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.look.agreeing import LEAST_CORRELATION, beyond_the_next, correlations
 from analysis.gap.look.lattices import of_a_mosaic
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, halves
 from sensor.effects.spatial_denoise import SpatialDenoise
@@ -56,7 +56,7 @@ SOFT = (1.0, 2.0, 3.0)
 """How such a filter tells them apart: each colour by itself, all together, or by patches."""
 
 
-def filtered(setting: Setting) -> Told | None:
+def filtered(setting: Setting) -> DirectReading | None:
     """A filter in space with its weights, and the base by moments of frames without it.
 
     It takes noise away that a base without it has to take for a smaller gain, so that the base
@@ -85,7 +85,7 @@ def filtered(setting: Setting) -> Told | None:
     widest = max(beyond_the_next(stack, lattices) for stack in setting.key_frames)
     if widest > (WIDE if coloured else WIDE_PLAIN):
         return _wide(setting, base)
-    return Told(
+    return DirectReading(
         hints={
             "strength": a * (5.0 + 4.0 * b / a),
             "diagonal": b / a,
@@ -96,7 +96,7 @@ def filtered(setting: Setting) -> Told | None:
     )
 
 
-def _wide(setting: Setting, base: Base) -> Told:
+def _wide(setting: Setting, base: Base) -> DirectReading:
     """A window of five by five that keeps what differs by more than noise does: of a few the one
     with which twins look most like the frames.
 
@@ -121,7 +121,7 @@ def _wide(setting: Setting, base: Base) -> Told:
     against = [refined(begun, fit_half, setting.scenery, (one,)) for begun, one in tried]
     likeliest = min(against, key=lambda one: one.deviance)
     hints = dataclasses.asdict(likeliest.effects[-1])
-    return Told(hints=hints, exact=False, base=likeliest.base)
+    return DirectReading(hints=hints, exact=False, base=likeliest.base)
 
 
 def _alike(values: Floats) -> bool:

@@ -15,14 +15,14 @@ from analysis.gap.look.curve import powered
 from analysis.gap.look.observe import observe
 from analysis.gap.look.shots import stack_of
 from analysis.gap.ready.color_matrix import matrix_of
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.hot_pixels import healed, leaks_of, longest_dark
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, black_of_frames
 from sensor.frames import Frames
 
 
-def unbent(setting: Setting, told: Told) -> Told:
+def unbent(setting: Setting, told: DirectReading) -> DirectReading:
     """A curve with where the camera begins in front of it: the base by moments of frames without
     it, under light as these show it where nobody stated any.
 
@@ -46,7 +46,7 @@ def unbent(setting: Setting, told: Told) -> Told:
     return dataclasses.replace(told, base=_by_moments_of(begun, straight), scenery=scenery)
 
 
-def unmixed(setting: Setting, told: Told) -> Base:
+def unmixed(setting: Setting, told: DirectReading) -> Base:
     """The base by moments of frames without the matrix that they tell, for the same reason.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.gap.calibrate.first_guess import Full
 from analysis.gap.ready.full_well import lit
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.typical_noise import typical_gain
@@ -20,7 +20,7 @@ STEADY = 0.6
 captures by somebody else whose picture does not it was 0.89 to 1.2."""
 
 
-def trembling(setting: Setting) -> Told | None:
+def trembling(setting: Setting) -> DirectReading | None:
     """Where the camera begins whose picture trembles; None where typical samples have about as much
     noise as all.
 
@@ -38,4 +38,4 @@ def trembling(setting: Setting) -> Told | None:
     if (gain > STEADY * usual.gain_dn_per_e).any():
         return None
     _, base = by_moments(setting, full=Full(levels_dn={}, gain_dn_per_e=gain))
-    return Told(hints={}, exact=False, base=base)
+    return DirectReading(hints={}, exact=False, base=base)

@@ -9,7 +9,7 @@ from analysis.gap.calibrate.fit import Fit
 from analysis.gap.measure.case import Candidate
 from analysis.gap.measure.measured import Measured
 from analysis.gap.measure.signature import Signature
-from analysis.gap.ready.hints import Hints, Told
+from analysis.gap.ready.hints import DirectReading, Hints
 from analysis.gap.search.choice import both, p_of_best, telling
 from analysis.gap.search.step import Watch
 from analysis.gap.suspects.attribute import attribute
@@ -22,7 +22,7 @@ from sensor.effect import Effect
 class Heard:
     """What the frames tell: of which suspects, and where the search for others begins."""
 
-    told: Mapping[str, Told]
+    told: Mapping[str, DirectReading]
     hints: Mapping[str, Hints]
 
 

@@ -13,7 +13,7 @@ from analysis.gap.camera.base import Base
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import scaled, signature
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.suspects.beginnings import choice_of, of_other_strengths, with_more_strengths
 from analysis.gap.suspects.fit_scattering import settled
 from analysis.gap.suspects.likelihood import cost
@@ -61,7 +61,7 @@ def anew(
     case: Case,
     found: Candidate,
     first: Effect,
-    told: Told | None = None,
+    told: DirectReading | None = None,
     to_beat: float = np.inf,
 ) -> Candidate:
     """Calibrate the camera with the suspect in it, its parameters along with the base.

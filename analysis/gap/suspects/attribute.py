@@ -11,7 +11,7 @@ import numpy as np
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, comes_in_steps, hold
-from analysis.gap.ready.hints import Hints, Told
+from analysis.gap.ready.hints import DirectReading, Hints
 from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
 from analysis.gap.suspects.beginnings import is_a_scale
@@ -49,7 +49,7 @@ FAR_WORSE = 3.0
 BY_BODY = IN_THE_PICTURE | {Stage.ADC}
 """Stages whose effects may be drawn anew for every body."""
 
-NOTHING_TOLD: Mapping[str, Told] = MappingProxyType({})
+NOTHING_TOLD: Mapping[str, DirectReading] = MappingProxyType({})
 
 
 def attribute(
@@ -57,7 +57,7 @@ def attribute(
     shown: Iterable[Signature],
     watch: Callable[[str], None] = lambda name: None,
     *,
-    told: Mapping[str, Told] = NOTHING_TOLD,
+    told: Mapping[str, DirectReading] = NOTHING_TOLD,
 ) -> list[Candidate]:
     """Every suspect that these frames may show, best first.
 
@@ -92,7 +92,7 @@ def attribute(
     return sorted(map(_if_it_does, unique.values()), key=lambda c: -c.score)
 
 
-def _untold(found: Mapping[str, Candidate], told: Mapping[str, Told]) -> list[Candidate]:
+def _untold(found: Mapping[str, Candidate], told: Mapping[str, DirectReading]) -> list[Candidate]:
     """Suspects that may be fitted better than they are: not what frames tell to the last digit, nor
     what else is wrong with codes where they tell that some are lost.
 
@@ -136,7 +136,7 @@ def _scattered(
     return [one for one in made if one is not None]
 
 
-def _as_told(case: Case, found: Evidence, told: Told, to_beat: float) -> Candidate:
+def _as_told(case: Case, found: Evidence, told: DirectReading, to_beat: float) -> Candidate:
     """A suspect calibrated with what frames tell of it; told otherwise where that leaves something.
 
     Args:
@@ -161,7 +161,7 @@ def as_hinted(effect: Effect, hints: Hints) -> Effect:
     return dataclasses.replace(effect, **in_range(type(effect), hints))
 
 
-def _by(told: Told, found: Candidate) -> Candidate:
+def _by(told: DirectReading, found: Candidate) -> Candidate:
     """A suspect with the errors of what is told of it to the last digit."""
     return dataclasses.replace(found, told=told.errors if told.exact else None)
 

@@ -28,7 +28,7 @@ from analysis.gap.measure.signature import (
     signed,
     starts,
 )
-from analysis.gap.ready.hints import Hints, Told
+from analysis.gap.ready.hints import DirectReading, Hints
 from foundation.cores import ahead
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage
@@ -65,7 +65,7 @@ def shows(
     case: Case,
     kinds: Iterable[type[Effect]],
     hints: Mapping[str, Hints],
-    told: Mapping[str, Told],
+    told: Mapping[str, DirectReading],
     watch: Callable[[str], None] = lambda name: None,
 ) -> list[Signature]:
     """How every suspect would show at every strength and shape from which a search begins, by one

@@ -13,7 +13,7 @@ from analysis.gap.camera.base import Base, channels_alike
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.arithmetic import IN_FRACTIONS, OF_QUARTERS, OF_WHOLE_SAMPLES
 from analysis.gap.measure.case import MISFIT, Case
-from analysis.gap.ready.hints import Told
+from analysis.gap.ready.hints import DirectReading
 from analysis.gap.suspects.beginnings import as_dark, choices, every_choice, uncoded
 from analysis.gap.suspects.mend import Tried
 from sensor.effect import Effect, Stage
@@ -54,7 +54,7 @@ class StartingPoints:
     as_found: Tried
     base: Base
     effect: Effect
-    told: Told | None
+    told: DirectReading | None
     tuned: bool
 
     def _against(self, base: Base, effect: Effect) -> Refined:

@@ -15,7 +15,7 @@ from analysis.gap.ready.color_matrix import mixed
 from analysis.gap.ready.defocus_error import soft
 from analysis.gap.ready.full_well import full_well_e
 from analysis.gap.ready.gamma import bent
-from analysis.gap.ready.hints import Hints, Told, dwell_s, mains_hz
+from analysis.gap.ready.hints import DirectReading, Hints, dwell_s, mains_hz
 from analysis.gap.ready.hot_pixels import hot
 from analysis.gap.ready.interference import wave
 from analysis.gap.ready.random_telegraph_noise import trapped
@@ -78,7 +78,7 @@ def hints_of_frames(setting: Setting, base: Base, told: Collection[str]) -> dict
     }
 
 
-def told_by(setting: Setting, base: Base) -> dict[str, Told]:
+def told_by(setting: Setting, base: Base) -> dict[str, DirectReading]:
     """Suspects of which the frames or the calibrated base tell parameters, and where the camera
     begins with each.
     """
@@ -95,48 +95,48 @@ def told_by(setting: Setting, base: Base) -> dict[str, Told]:
     return told | {name: one for name, one in zip(READINGS, found, strict=True) if one}
 
 
-def _mixed(setting: Setting) -> Told | None:
+def _mixed(setting: Setting) -> DirectReading | None:
     mix = mixed(setting.key_frames, setting.scenery.view.lattices)
     return _with_bases(setting, mix) if mix else None
 
 
-def _straightened(setting: Setting, curve: Told) -> Told:
+def _straightened(setting: Setting, curve: DirectReading) -> DirectReading:
     """A curve as it is told, and as it may be told otherwise, with the camera in front of each."""
     instead = None if curve.instead is None else _straightened(setting, curve.instead)
     return dataclasses.replace(unbent(setting, curve), instead=instead)
 
 
-def _with_bases(setting: Setting, mix: Told) -> Told:
+def _with_bases(setting: Setting, mix: DirectReading) -> DirectReading:
     """A matrix as it is told, and as it may be told otherwise, with the camera in front of each."""
     instead = None if mix.instead is None else _with_bases(setting, mix.instead)
     return dataclasses.replace(mix, base=unmixed(setting, mix), instead=instead)
 
 
-def _leaking(setting: Setting) -> Told | None:
+def _leaking(setting: Setting) -> DirectReading | None:
     leaks = hot(setting)
     return dataclasses.replace(leaks, base=without_leaks(setting)) if leaks else None
 
 
-def _jumping(setting: Setting) -> Told | None:
+def _jumping(setting: Setting) -> DirectReading | None:
     chain = trapped(setting)
     if chain is None:
         return None
     # somebody else's traps may jump by other laws
-    return _at_last(chain, Told(hints=chain.hints, exact=False))
+    return _at_last(chain, DirectReading(hints=chain.hints, exact=False))
 
 
-def _at_last(told: Told, last: Told) -> Told:
+def _at_last(told: DirectReading, last: DirectReading) -> DirectReading:
     """What is told, and as it may be told otherwise, with one more at the end."""
     instead = last if told.instead is None else _at_last(told.instead, last)
     return dataclasses.replace(told, instead=instead)
 
 
-def _smoothed(setting: Setting) -> Told | None:
+def _smoothed(setting: Setting) -> DirectReading | None:
     # a codec's losses make neighbours agree as well
     return None if Jpeg.name in setting.told else filtered(setting)
 
 
-READINGS: Mapping[str, Callable[[Setting], Told | None]] = {
+READINGS: Mapping[str, Callable[[Setting], DirectReading | None]] = {
     ColorMatrix.name: _mixed,
     RandomTelegraphNoise.name: _jumping,
     AmbientLight.name: lit_room,

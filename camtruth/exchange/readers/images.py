@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
-from camtruth.exchange.reader import Reader, Roll, Told, positive
+from camtruth.exchange.reader import Header, Reader, Roll, positive
 from foundation.quiet import quiet
 from sensor.capture_folder import inside
 from sensor.stack_files import ENDINGS, read_stack
@@ -68,20 +68,20 @@ def _unsigned(path: Path, stack: NDArray[Any]) -> NDArray[Any]:
     )
 
 
-def _nothing(_: Path) -> Told:
-    return Told()
+def _nothing(_: Path) -> Header:
+    return Header()
 
 
-def _exif(path: Path) -> Told:
+def _exif(path: Path) -> Header:
     from PIL import Image
 
     with Image.open(path) as image:
         tags = image.getexif()
         exposure = tags.get_ifd(EXIF_FOLDER).get(EXPOSURE_TIME, tags.get(EXPOSURE_TIME))
-        return Told(where="EXIF", exposure_s=positive(exposure), camera=_text(tags.get(MODEL)))
+        return Header(where="EXIF", exposure_s=positive(exposure), camera=_text(tags.get(MODEL)))
 
 
-def _tiff(path: Path) -> Told:
+def _tiff(path: Path) -> Header:
     import tifffile
 
     with tifffile.TiffFile(path) as file:
@@ -91,7 +91,7 @@ def _tiff(path: Path) -> Told:
         outer = tags.get(EXPOSURE_TIME)
         exposure = inner if inner is not None else outer.value if outer else None
         model = tags.get(MODEL)
-        return Told(
+        return Header(
             where="EXIF",
             exposure_s=_ratio(exposure),
             camera=_text(model.value if model else None),
@@ -104,13 +104,13 @@ def _ratio(value: Any) -> float | None:
     return positive(value)
 
 
-def _fits(path: Path) -> Told:
+def _fits(path: Path) -> Header:
     from astropy.io import fits
 
     header = fits.getheader(path)
     pattern = _text(header.get("BAYERPAT"))
     temperature = header.get("CCD-TEMP")
-    return Told(
+    return Header(
         where="FITS header",
         exposure_s=positive(header.get("EXPTIME", header.get("EXPOSURE"))),
         temperature_c=float(temperature) if isinstance(temperature, (int, float)) else None,
@@ -124,7 +124,7 @@ def _text(value: Any) -> str | None:
     return text[:100] or None
 
 
-HEADERS: dict[str, Callable[[Path], Told]] = {
+HEADERS: dict[str, Callable[[Path], Header]] = {
     ".png": _exif,
     ".tif": _tiff,
     ".tiff": _tiff,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
-from camtruth.exchange.reader import Reader, Roll, Told, positive
+from camtruth.exchange.reader import Header, Reader, Roll, positive
 from foundation.errors import InputError
 from foundation.quiet import quiet
 from sensor.stack_files import refuse_size
@@ -55,7 +55,7 @@ def _roll(path: Path, raw: Any) -> Roll:
     if int(np.max(raw.raw_image_visible, initial=0)) >= 2**bits:
         bits = int(np.max(raw.raw_image_visible)).bit_length()
         frame = np.array(raw.raw_image_visible, dtype=np.uint16)
-    told = Told(
+    told = Header(
         where="EXIF",
         exposure_s=positive(getattr(getattr(raw, "other", None), "shutter_speed", None)),
         bits=bits,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
-from camtruth.exchange.reader import Reader, Roll, Told
+from camtruth.exchange.reader import Header, Reader, Roll
 from foundation.errors import InputError
 from foundation.quiet import quiet
 from sensor.stack_files import refuse_size
@@ -54,7 +54,7 @@ def read(path: Path) -> Roll:
         raise _damaged(path, str(problem)) from None
     grey = pix_fmt in GREY_BITS
     exact = grey or pix_fmt in RGB
-    told = Told(
+    told = Header(
         where="video",
         bits=GREY_BITS.get(pix_fmt, 8),
         conversion=None if exact else f"{pix_fmt} to rgb24 by FFmpeg",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from camtruth.exchange.errors import ExchangeError
 from camtruth.exchange.library import library
-from camtruth.exchange.reader import Reader, Roll, Told, positive
+from camtruth.exchange.reader import Header, Reader, Roll, positive
 from sensor.stack_files import refuse_size
 
 
@@ -38,7 +38,7 @@ def read(path: Path) -> Roll:
         )
     refuse_size(path, shape[1:3])
     return Roll(
-        told=Told(where="Zarr attributes", exposure_s=exposure),
+        told=Header(where="Zarr attributes", exposure_s=exposure),
         frames=_frames(path, array),
         several=True,
     )
