@@ -30,7 +30,7 @@ from analysis.gap.search.choice import (
     WEAK,
 )
 from analysis.gap.search.closing import LARGE, LEAST_PART
-from analysis.gap.search.follow import ASTRAY, MOST_EFFECTS
+from analysis.gap.search.follow import ASTRAY_MISFIT, MOST_EFFECTS
 from analysis.gap.search.later import (
     LEADS,
     LEAST_OF_A_LATER,
@@ -40,7 +40,7 @@ from analysis.gap.search.later import (
 )
 from analysis.gap.search.remainder import RIGHT_TO
 from analysis.gap.suspects.first_look import LITTLE, NEARLY_FITS, WEAKEST
-from analysis.gap.suspects.pursue import LEAVES_SOME
+from analysis.gap.suspects.pursue import CHOOSE_AGAIN_MISFIT
 from analysis.gap.verdict.caps import (
     A_REMAINDER,
     CONTESTED,
@@ -69,7 +69,7 @@ A_TABLE = 50
 """Cases from which a run has a table of its own; shorter ones count with all others."""
 
 FIGURES = {
-    "ASTRAY": f"{ASTRAY:g}",
+    "ASTRAY_MISFIT": f"{ASTRAY_MISFIT:g}",
     "GROUP_FRAMES": f"{GROUP_FRAMES}",
     "KEY_SHOTS": f"{KEY_SHOTS}",
     "LIGHT_FLOOR": f"{100 * LIGHT_FLOOR:g} %",
@@ -90,7 +90,7 @@ FIGURES = {
     "NEARLY_FITS": f"{NEARLY_FITS:g}",
     "WEAKEST": f"{WEAKEST:g}",
     "LITTLE": f"{LITTLE:g}",
-    "LEAVES_SOME": f"{LEAVES_SOME:g}",
+    "CHOOSE_AGAIN_MISFIT": f"{CHOOSE_AGAIN_MISFIT:g}",
     "MAY_BE_NOTHING": f"{MAY_BE_NOTHING:g}",
     "TELLS_LITTLE": f"{TELLS_LITTLE:g}",
     "MARGIN_OF_SCORE": f"{100 * MARGIN_OF_SCORE:g} %",

@@ -58,7 +58,7 @@ SHORTER = (0.4, 0.15)
 PATIENCE = 1
 """Steps in a row that may take off less than that, far from the end."""
 
-FITS = 1.0
+FITS_MISFIT = 1.0
 """Misfit up to which a model fits as well as chance allows."""
 
 FAR = 2.0
@@ -224,10 +224,10 @@ def further(
         slow = slow + 1 if best.deviance - next_one.deviance < _least_fall(best) else 0
         best = next_one
         # a few figures that are off are little of a whole that fits, and one more step mends them
-        nearly = best.misfit <= FITS and promise(best) > WORTH_A_STEP
+        nearly = best.misfit <= FITS_MISFIT and promise(best) > WORTH_A_STEP
         if slow > (PATIENCE if best.misfit > FAR else 0) and not nearly:
             break
-        if best.misfit > FITS and best.chi2 < A_LONG_WAY * read_at.chi2:
+        if best.misfit > FITS_MISFIT and best.chi2 < A_LONG_WAY * read_at.chi2:
             ways, read_at = _directions(best, scenery), best
     return best
 
@@ -263,13 +263,13 @@ def better(one: Refined, than: Refined) -> bool:
     A picture says little of a pattern behind the floor of the light, and is likelier without it.
     """
     nearer = one.chi2_of_figures < than.chi2_of_figures - LEAST_FALL * than.chi2
-    return one.deviance < than.deviance or (one.misfit <= FITS and nearer)
+    return one.deviance < than.deviance or (one.misfit <= FITS_MISFIT and nearer)
 
 
 def _least_fall(point: Refined) -> float:
     """What a further step must take off chi-squared."""
     chi2 = point.chi2
-    excess = chi2 - FITS * point.expected
+    excess = chi2 - FITS_MISFIT * point.expected
     if excess < 0:
         return CLOSE * chi2
     return max(LEAST_FALL * chi2, min(STUCK * chi2, STUCK_OF_EXCESS * excess))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.hidden import lost_its_spread, part_of_the_offsets
-from analysis.gap.calibrate.refine import FITS, as_shown, refine, refined
+from analysis.gap.calibrate.refine import FITS_MISFIT, as_shown, refine, refined
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import does_nothing
 from analysis.gap.measure.case import MISFIT, Candidate
@@ -147,7 +147,7 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     fit_half, _ = halves(setting.seen)
     now, scenery = refined(found.base, fit_half, found.scenery, effects), found.scenery
     lit = as_shown(now, scenery)
-    if now.misfit <= FITS and found.model is None and found.told is None:
+    if now.misfit <= FITS_MISFIT and found.model is None and found.told is None:
         fitted = refine(now.base, fit_half, lit, effects, steps=ANEW_STEPS, tuned=found.name)
         calibrated = step_of(setting, choice, around_it(fitted, lit))
         if calibrated.ends and not _is_gone(calibrated):

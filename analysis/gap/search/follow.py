@@ -41,7 +41,7 @@ from sensor.effect import Effect
 MOST_EFFECTS = MOST_CAUSES + 1
 """That are looked for: one more than may be named says that it is none of them."""
 
-ASTRAY = 4.0
+ASTRAY_MISFIT = 4.0
 """Misfit from which a camera is not one that was taken from the frames: it was calibrated to what
 an effect does as well as it could be, and what others do beside it they do beside no camera. One
 that had lost bits had a dark current of its noise, and no smear showed beside that."""
@@ -79,7 +79,7 @@ def follow(setting: Setting, known: Fit, kinds: Sequence[type[Effect]], watch: W
             p_after = last.left.whole.p_value
             break
         before = steps[-2].left if len(steps) > 1 else base
-        near = before.case.misfit < ASTRAY
+        near = before.case.misfit < ASTRAY_MISFIT
         look = search.beside(last.model, last.left, look.shown if near else ())
     if 0 < len(steps) <= MOST_CAUSES and not _in_vain(steps, base):
         watch("confirming how strong it is")
@@ -243,7 +243,7 @@ def _in_vain(steps: Sequence[Step], base: Measured) -> bool:
     """
     left = steps[-1].left
     part = closed(base.held.total, left.held.total, base.floor)
-    return len(steps) == MOST_CAUSES and left.case.misfit >= ASTRAY and part < LEAST_SHRINK
+    return len(steps) == MOST_CAUSES and left.case.misfit >= ASTRAY_MISFIT and part < LEAST_SHRINK
 
 
 def _done(steps: Sequence[Step], base: Measured, shown: Sequence[Signature]) -> bool:

@@ -16,7 +16,7 @@ from analysis.gap.suspects.adapt import Adapted, adapted
 from analysis.gap.suspects.anew import OFF, anew, elsewhere
 from analysis.gap.suspects.beginnings import is_a_scale
 from analysis.gap.suspects.first_look import IN_THE_PICTURE, in_range
-from analysis.gap.suspects.likelihood import CLEAR, judged
+from analysis.gap.suspects.likelihood import CLEAR_SCORE, judged
 from analysis.gap.suspects.pursue import pursue
 from sensor.effect import Effect, Stage
 
@@ -85,7 +85,7 @@ def attribute(
     unique |= {one.nearest.name: _as_adapted(case, one) for one in at_strength}
     unique |= {c.name: c for c in [*by_word, *by_search]}
     scattered: list[Candidate] = []
-    if _unexplained(case) >= CLEAR and not any(map(_fits, unique.values())):
+    if _unexplained(case) >= CLEAR_SCORE and not any(map(_fits, unique.values())):
         scattered = _scattered(case, _untold(unique, told), watch)
     in_the_end = {c.name: c for c in [*by_word, *by_search, *scattered]}
     unique |= {c.name: c for c in judged(case, list(in_the_end.values()), _unexplained(case))}

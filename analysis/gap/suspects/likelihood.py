@@ -34,7 +34,7 @@ PER_PARAMETER = 12.0
 """What a further parameter costs: about log n of the figures that tell it in each half of the
 frames, as Schwarz found."""
 
-CLEAR = 300.0
+CLEAR_SCORE = 300.0
 """Score of the best from which likelihoods are asked: determinants are read from a few twins, and
 differ by some ten by chance."""
 
@@ -99,12 +99,12 @@ def judged(case: Case, rivals: Sequence[Candidate], unexplained: float) -> list[
         unexplained: chi-squared beyond what is expected, without any suspect.
     """
     most = max((c.score for c in rivals), default=0.0)
-    wronged = most < CLEAR <= unexplained
-    if not rivals or (not wronged and (len(rivals) < 2 or most < CLEAR)):
+    wronged = most < CLEAR_SCORE <= unexplained
+    if not rivals or (not wronged and (len(rivals) < 2 or most < CLEAR_SCORE)):
         return list(rivals)
     found = [cost(case, one) for one in rivals]
     gained = deviance_without(case) - min(found)
-    if wronged and gained < CLEAR:
+    if wronged and gained < CLEAR_SCORE:
         return list(rivals)
     most = max(most, gained)
     return [

@@ -31,8 +31,8 @@ STRENGTH_ROUNDS = 2
 CLOSE = 0.03
 SHAPE_ROUNDS = 3
 WORTH_A_SHAPE = 6.0
-LEAVES_SOME = 1.05
-"""Part of the expected chi-squared beyond which a choice is made differently as well."""
+CHOOSE_AGAIN_MISFIT = 1.05
+"""Misfit (chi-squared over the expected one) beyond which a choice is made differently as well."""
 
 SHAPED = 0.02
 """Part of chi-squared that a round of shaping must take off."""
@@ -99,7 +99,7 @@ def pursue(case: Case, found: Evidence) -> Candidate:
         if shaped.chi2 > best.chi2 - max(WORTH_A_SHAPE, SHAPED * best.chi2):
             break
         best = strengthened(shaped)
-    while best.chi2 > LEAVES_SOME * case.fitting.spread.expected.sum():
+    while best.chi2 > CHOOSE_AGAIN_MISFIT * case.fitting.spread.expected.sum():
         others = [if_possible(one, best.base) for one in otherwise(best.effect)]
         stronger = [strengthened(one) for one in others if one is not None]
         other = min(stronger, key=lambda one: one.chi2, default=best)
