@@ -50,7 +50,12 @@ def diagnosis(
     more: Iterable[type[Effect]] = (),
     watch: Watch = lambda what: None,
 ) -> Diagnosis:
-    """The same with everything that was found on the way; see `diagnose`."""
+    """Diagnose real frames, as `diagnose` does: the report, and all that was found on the way.
+
+    Args:
+        real, model, without, more: see `diagnose`.
+        watch: told what is being done.
+    """
     kinds = suspects(without, more)
     stated: Mapping[str, RateImage] = {}
     if not isinstance(real, Capture):

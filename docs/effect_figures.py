@@ -161,7 +161,7 @@ def draw(kind: type[Effect]) -> bytes:
 
 
 def _small(stream: io.BytesIO) -> bytes:
-    """The same picture in 200 colours: a third of the bytes."""
+    """A picture as a PNG of 200 colours, which has a third of the bytes."""
     from PIL import Image
 
     out = io.BytesIO()

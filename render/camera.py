@@ -76,7 +76,11 @@ def film(scene: Scene, palette: Palette) -> dict[str, Any]:
 
 
 def even_curve(nm: Array, value: Array) -> dict[str, Any]:
-    """The same for evenly spaced samples, as a film response has to be."""
+    """A spectrum of evenly spaced samples in Mitsuba's words, as a film response has to be.
+
+    Args:
+        nm, value: wavelengths in nm and values there, (n,) each.
+    """
     return {
         "type": "regular",
         "wavelength_min": float(nm[0]),

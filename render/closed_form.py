@@ -248,7 +248,9 @@ def detector_factor(scene: Scene, seen: Sight, weights: Array | None = None) -> 
 def _real_factor(
     scene: Scene, seen: Sight, known: Field, weights: Array | None
 ) -> tuple[Array, Array]:
-    """The same from the traced tables of a real lens, both figures (H, W, 3) or (H, W, 1)."""
+    """From radiance to power on a pixel in m2 sr, and where the centroid of its light lies, by the
+    traced tables of a real lens: both (H, W, 3), or (H, W, 1) without weights.
+    """
     even = np.full((1, WAVELENGTHS_NM.size), 1 / WAVELENGTHS_NM.size)
     pixel_m2 = (scene.detector.pitch_um * 1e-6) ** 2
     chief = (scene.camera_distance_m - known.crossing_m) * known.slope

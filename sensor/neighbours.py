@@ -171,7 +171,9 @@ class Runs:
         return [*before, *own, *after]
 
     def _shifted(self, dy: int, beside: int) -> list[Any]:
-        """The same where nothing is compiled: whole pictures, moved, in a fifth of the time."""
+        """What `line` returns where nothing is compiled: whole pictures, moved, in a fifth of the
+        time.
+        """
         image = self.flat.numpy().reshape(-1, self.height, self.width)
         lines = np.pad(image, ((0, 0), (abs(dy), abs(dy)), (beside, beside)), mode="reflect")
         first = abs(dy) + dy

@@ -105,7 +105,15 @@ def _sloped(
 
 
 def predicted(setting: Setting, seen: Mapping[str, Sequence[Seen]]) -> dict[str, list[Seen]]:
-    """The same panels in closed form, at their measured levels."""
+    """What closed form predicts of panels that were measured, each at its measured level.
+
+    Args:
+        setting: the camera and how it was measured.
+        seen: the panels in DN, by channel.
+
+    Returns:
+        the prediction for each of these panels in DN, by channel, in their order.
+    """
     camera, step = setting.made(), setting.step_dn
     dark = camera.get(DarkShot)
     went_in = truth(setting)

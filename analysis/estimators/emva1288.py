@@ -184,7 +184,7 @@ def _prnu(lit: list[Level], darks: list[Level], top_dn: int) -> Finding:
 
 
 def _dark_of(level: Level, darks: list[Level]) -> Level:
-    """The same panel in the dark, at the exposure nearest to the lit one's."""
+    """A lit panel in the dark, at the exposure nearest to its own; any panel if it has no dark."""
     same = [d for d in darks if d.seen.panel == level.seen.panel] or darks
     return min(same, key=lambda d: abs(d.seen.shot.exposure_s - level.seen.shot.exposure_s))
 

@@ -59,7 +59,7 @@ def own_effect(kind: type[Effect], rng: np.random.Generator) -> Effect:
 
 
 def at_strength(effect: Effect, factor: float) -> Effect:
-    """The same effect, so many times as far from where it does nothing, inside its range."""
+    """An effect like this one, so many times as far from doing nothing, inside its range."""
     values = {}
     for p in effect.parameters():
         start = p.maximum if p.identity is None and p.whole else p.identity
@@ -120,7 +120,7 @@ def dressed_own(camera: Camera, effect: Effect, target: float, probe: Probing) -
 
 
 def dressed_outside(camera: Camera, outsider: Outsider, target: float, probe: Probing) -> Dressed:
-    """The same with an effect from elsewhere."""
+    """A camera with an effect from elsewhere as severe as wanted, as far as its strengths go."""
     low, high = outsider.weakest, outsider.strongest
 
     def made(strength: float) -> Made:

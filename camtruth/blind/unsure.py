@@ -19,7 +19,7 @@ BLUR_PX = 0.5
 
 
 def unsure(rates: Rates, step: float) -> list[Rates]:
-    """The same light from a scene that is a little other than it was measured.
+    """Light of scenes that are each a little other, in one thing, than the one that was measured.
 
     The shading of each lamp, the reflectance of each panel in each colour, the focus, and the
     place, scale and turn of the picture: who holds a real camera against a simulated one knows none
@@ -29,6 +29,9 @@ def unsure(rates: Rates, step: float) -> list[Rates]:
     Args:
         rates: photo-electrons per second by lamp, (h, w, 3).
         step: relative change of shadings and reflectances.
+
+    Returns:
+        for each change photo-electrons per second by lamp, (h, w, 3).
     """
     h, w = next(iter(rates.values())).shape[:2]
     y, x = np.meshgrid(np.linspace(-1, 1, h), np.linspace(-1, 1, w), indexing="ij")

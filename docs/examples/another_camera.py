@@ -107,7 +107,7 @@ def bilinear(codes: Numbers, cfa: str) -> Numbers:
 
 
 def edge_aware(codes: Numbers, cfa: str) -> Numbers:
-    """The same by OpenCV's variable number of gradients."""
+    """Colours between, by OpenCV's variable number of gradients, (H, W, 3); codes of 8 bits."""
     way = getattr(cv2, f"COLOR_Bayer{cfa}2RGB_VNG")
     return np.asarray(cv2.cvtColor(codes.astype(np.uint8), way), dtype=float)
 

@@ -142,7 +142,15 @@ def weighed(draws: NDArray[np.float32], mismatch: float) -> NDArray[np.float64]:
 def compared(
     begins: NDArray[np.float64], draws: NDArray[np.float32], sigma_dn: float
 ) -> NDArray[np.float64]:
-    """The same with each beginning off by itself; a flash converter counts those that are below."""
+    """Where each code of a flash converter begins, in nominal codes, (codes,).
+
+    Each beginning is off by itself, and the converter counts those that are below.
+
+    Args:
+        begins: where codes begin otherwise, in nominal codes, (codes,).
+        draws: standard normal, of each code, (codes,).
+        sigma_dn: of the beginnings, in nominal codes.
+    """
     return np.append(begins[:1], np.sort(begins[1:] + sigma_dn * draws[1:]))
 
 

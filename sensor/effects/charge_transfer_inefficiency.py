@@ -94,7 +94,7 @@ class ChargeTransferInefficiency(Effect):
         ]
 
     def _across(self, runs: Runs, charges: list[Any]) -> tuple[Any, ...]:
-        """The same along the rows."""
+        """Charge of the columns of the runs after its transfers along the rows."""
         first = type(runs.flat)(runs.places.first)
         lost = [
             self._left(charge, (first + float(k)) * self.horizontal_per_transfer)

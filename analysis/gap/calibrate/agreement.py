@@ -29,11 +29,17 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
 
 
 def agreed_of(figures: Floats, means: Floats, seen: Observation) -> tuple[Floats, Floats]:
-    """The same of differences that were taken before.
+    """What a change does, as far as all random numbers agree on it, from what it does by each.
+
+    See `agreed` for how the noise of these differences is drawn to zero.
 
     Args:
-        figures, means: differences, a row for each set of random numbers.
+        figures: changes of the figures, each in its own unit, (sets, keys).
+        means: changes of the block means in DN, (sets, shots, channels, blocks).
         seen: one of those that changed, with the same figures: their kinds, and its picture.
+
+    Returns:
+        changes of figures, (keys,), and of block means in DN, (shots, channels, blocks).
     """
     if len(figures) == 1:
         return figures[0], means[0]

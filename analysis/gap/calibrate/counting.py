@@ -147,7 +147,9 @@ def unevenness(found: Refined) -> float:
 
 
 def uneven_in_the_dark(found: Refined) -> float:
-    """The same of all darks together."""
+    """Mean square of what is left of the histograms of codes and of what stands between measured
+    samples, in standard errors, over all darks and channels together; 0 without darks.
+    """
     dark = [z for (_, lit), several in _of_codes(found).items() if not lit for z in several]
     return float(np.mean(np.square(dark))) if dark else 0.0
 
@@ -163,7 +165,9 @@ def _of_codes(found: Refined) -> dict[tuple[str, bool], list[float]]:
 
 
 def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
-    """The same camera with more bits until the last rounding, and nothing in between."""
+    """Cameras like this one that have more bits until the last rounding and nothing in between, one
+    for each such way of counting; none of a camera that is known to count in another way.
+    """
     # how wide even codes are is told where it can be
     if base.arithmetic != IN_FRACTIONS or base.white_balance is not None:
         return

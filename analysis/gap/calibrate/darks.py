@@ -186,7 +186,8 @@ def darks_of(seen: Observation, scenery: Scenery, black_dn: float) -> Darks:
 
 
 def darks_by_light(seen: Observation, scenery: Scenery) -> Darks | None:
-    """The same of a black level that the lit shots point to, without dark current.
+    """What the darks show if the black level is that to which lit shots point, and without dark
+    current: noise and offsets in DN^2 of the shortest dark, per channel.
 
     None where there are no darks, or no lit shots to draw a line through.
     """

@@ -60,7 +60,7 @@ def together(several: Iterable[Observation]) -> Observation:
 
 
 def with_keys(seen: Observation, keys: tuple[Key, ...]) -> Observation:
-    """The same with these keys alone; a figure that is missing is 0."""
+    """An observation with the figures of these keys alone, (groups, keys); one it lacks is 0."""
     if seen.keys == keys:
         return seen
     place = {key: index for index, key in enumerate(seen.keys)}
@@ -81,7 +81,7 @@ def twins(
 
 
 def some(twins: Mapping[int, Observation], seeds: Sequence[int]) -> dict[int, Observation]:
-    """Those of some seeds."""
+    """The twins that have these seeds, by their seed, in the order of the seeds."""
     return {seed: twins[seed] for seed in seeds}
 
 

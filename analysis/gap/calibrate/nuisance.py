@@ -162,7 +162,7 @@ class Moved:
     steps: dict[Handle, float]
 
     def seen_by(self, look: Callable[[Observation], Observation]) -> Moved:
-        """The same twins, looked at in another way."""
+        """These twins, each as `look` sees it, with the same steps."""
 
         def all_of(twins: Twins) -> Twins:
             return tuple(look(one) for one in twins)

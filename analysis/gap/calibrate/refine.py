@@ -109,7 +109,7 @@ class Refined:
 
     @property
     def chi2_of_figures(self) -> float:
-        """The same of figures alone, of which light takes up nothing."""
+        """Chi-squared of the figures alone, of which light takes up nothing."""
         return float(np.square(self.gap[: len(self.space.keys)]).sum())
 
     @property
@@ -184,7 +184,7 @@ def further(
     steps: int = MOST_STEPS,
     tuned: str = "",
 ) -> Refined:
-    """The same from a camera that is held against the frames already.
+    """Gauss-Newton on the knobs, from a camera that is held against the frames already.
 
     Args:
         begun: the camera, with its effects.

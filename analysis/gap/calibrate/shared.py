@@ -58,7 +58,7 @@ class Shared:
         return self.offset_e2, self.light2
 
     def averaged(self, off: Floats) -> Shared:
-        """The same of the mean of several groups of frames.
+        """What blocks have in common in the mean of several groups of frames.
 
         Args:
             off: the groups' differences from what is expected, (groups, S, channels, blocks). What
@@ -92,7 +92,13 @@ class Shared:
         return _part(float(seen.sum() - np.einsum("css->", own)), float(whole))
 
     def _frames_anew(self, apart: Floats, of_rows: float) -> list[float]:
-        """The same of what frames have, beside rows of which so much is another one."""
+        """Parts of the variances of a frame's offset and of its light that are another one in each
+        group.
+
+        Args:
+            apart: of each group from their mean, as wide as between two bodies.
+            of_rows: part of what rows have that is another one in each group.
+        """
         by = self.by
         own_dn2 = np.broadcast_to(by.in_time_dn2[..., None], by.own_dn2.shape)
         error = by.frames_error(own_dn2, of_rows * self.rows_dn2)
@@ -128,7 +134,7 @@ class Shared:
         return dataclasses.replace(space, common=(*space.common, whole))
 
     def only(self, shots: list[int]) -> Shared:
-        """The same of some shots."""
+        """What blocks have in common in some of the shots, by their places."""
         by = dataclasses.replace(
             self.by,
             shapes=self.by.shapes[:, shots],

@@ -49,7 +49,7 @@ class Beyond:
     shared: Shared | None = None
 
     def only(self, shots: list[int]) -> Beyond:
-        """The same of some shots."""
+        """What blocks have beyond their space in some of the shots, by their places."""
         few = self.shared.only(shots) if self.shared else None
         return Beyond(own=self.own[..., shots, :][..., shots], shared=few)
 

@@ -50,7 +50,7 @@ class Scenery:
     rules: tuple[int, ...]
 
     def only(self, labels: Sequence[str]) -> Scenery:
-        """The same with some of the shots."""
+        """The scenery with the shots of these labels alone, in the order that they have here."""
         return dataclasses.replace(
             self, shots=tuple(shot for shot in self.shots if shot.label in labels)
         )

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 def of_the_light(effects: Iterable[Effect]) -> tuple[Effect, ...]:
-    """Those that act on light, before it is charge."""
+    """The effects that act on light, before it is charge, in their order."""
     return tuple(effect for effect in effects if effect.quantity() is Quantity.RATE)
 
 

@@ -87,11 +87,13 @@ def teeth_of(counts: Floats) -> Teeth | None:
 
 
 def few_teeth_of(counts: Sequence[Floats]) -> Teeth | None:
-    """The same of a comb that all channels have and whose teeth are far from each other: each code
-    against those beside it, so that patches of a chart have none.
+    """What is uneven in the histograms of all channels alike, (codes,): teeth that are far apart.
+
+    Each code is held against those beside it, so that patches of a chart have none; the median of
+    the channels counts. None where there are too few codes to tell.
 
     Args:
-        counts: histograms.
+        counts: histograms, (top_dn + 1,) each.
     """
     beside = ndimage.median_filter(np.array(counts), (1, BESIDE), mode="constant")
     at = np.flatnonzero(ndimage.minimum_filter1d(beside.min(axis=0), WINDOW) > LEAST_COUNT)

@@ -38,7 +38,15 @@ def observe(stacks: Iterable[Stack], view: View) -> Observation:
 
 
 def begun(stacks: Iterable[Stack], view: View) -> Callable[[], Observation]:
-    """The same, begun: what is called waits for the rest; see `foundation.cores.ahead`."""
+    """Begin to look at a capture, on every core; see `foundation.cores.ahead`.
+
+    Args:
+        stacks: the groups of frames of each shot; as many groups for each.
+        view: how to look.
+
+    Returns:
+        a function that waits until all is looked at, and returns the observation.
+    """
     names: dict[str, list[_Name]] = {}
     looks: dict[_Name, _Seen] = {}
     waiting: dict[bool, dict[_Name, NDArray[Any]]] = {False: {}, True: {}}

@@ -59,7 +59,7 @@ class Signature:
     scenery: Scenery
 
     def on(self, keys: tuple[Key, ...]) -> Signature:
-        """The same on the figures of another model; one that was not seen did not move."""
+        """The signature on the figures of another model; one that was not seen did not move."""
         if keys == self.keys:
             return self
         place = {key: index for index, key in enumerate(self.keys)}
@@ -128,7 +128,14 @@ def begun_signature(
     seeds: Sequence[int] = SEEDS,
     base: Base | None = None,
 ) -> Callable[[], Signature | None]:
-    """The same, its first twin begun to be looked at; see `foundation.cores.ahead`."""
+    """Begin to simulate how an effect shows: its first twin is begun to be looked at.
+
+    See `signature` for the arguments, and `foundation.cores.ahead`.
+
+    Returns:
+        a function that waits for the twins and returns the signature, or None where these frames
+        cannot have the effect.
+    """
     effects = (*known.effects, effect)
     try:
         base, scenery = relit(
@@ -265,7 +272,7 @@ def beginnings_of(p: Parameter) -> list[float]:
 
 
 def scaled(effect: Effect, factor: float) -> Effect:
-    """The same effect, so many times as strong, inside its range."""
+    """An effect like this one, so many times as strong, inside its range."""
     values: dict[str, Any] = {}
     for p in effect.parameters():
         value = getattr(effect, p.name)

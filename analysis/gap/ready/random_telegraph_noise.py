@@ -125,7 +125,8 @@ def trapped(setting: Setting) -> DirectReading | None:
 
 
 def told_by_loud(pixels: Loud) -> DirectReading | None:
-    """The same of the loud pixels of a body.
+    """Share of photosites with a trap, amplitude and dwell times, by the loud pixels of one body;
+    None where these are too few, or not in the way of traps.
 
     Args:
         pixels: of its darks.

@@ -31,8 +31,9 @@ def gain_below(setting: Setting, ends_dn: Mapping[str, Floats]) -> Floats | None
 
 
 def typical_gain(setting: Setting, ends_dn: Mapping[str, Floats]) -> Floats | None:
-    """The same by the slope above and below which lies half of the light: of a picture that
-    trembles many samples between two levels are edges.
+    """Gain in DN/e- by channel, (channels,), by photon transfer of samples well below an end: the
+    slope, variance over mean beyond the dark, above and below which lies half of the light. Of a
+    picture that trembles many samples between two levels are edges. None where there are too few.
 
     Args:
         setting, ends_dn: see `gain_below`.

@@ -121,7 +121,7 @@ def left_as_they_were(
     expected: Mapping[str, float],
     worth: float = WORTH_CLOSING,
 ) -> tuple[str, ...]:
-    """The same by family.
+    """Families that were off beyond doubt and that a model leaves as they were, by their distances.
 
     Args:
         chances: of each family without the effects.

@@ -92,7 +92,7 @@ def _beginnings(step: Step, model: Fit) -> Iterator[Base]:
 
 
 def _with_other_choices(setting: Setting, step: Step) -> Step:
-    """The same with other choices or another strength of the suspect, one after the other, while
+    """The step with other choices or another strength of the suspect, one after the other, while
     that leaves less.
 
     A choice is made where scores tell it apart, and what they tell apart is less than what frames
@@ -119,7 +119,7 @@ def _with_other_choices(setting: Setting, step: Step) -> Step:
 
 
 def _nearer_with_it(step: Step, calibrated: Step) -> Step:
-    """The one that leaves less, if there is anything of the suspect in it."""
+    """The calibrated step if it leaves less and the suspect does something in it; else `step`."""
     return step if _is_gone(calibrated) else nearer(step, calibrated)
 
 
@@ -163,7 +163,7 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
-    """The same without the effects that were added before the last one, calibrated anew.
+    """The step without the effects that were added before the last one, calibrated anew.
 
     Args:
         setting: the capture.
@@ -175,8 +175,8 @@ def alone(setting: Setting, known: Fit, step: Step) -> Step:
 
 
 def _calibrated(setting: Setting, step: Step, effects: Sequence[Effect], base: Base) -> Step:
-    """The same with these effects, the last of which is calibrated along with the camera, from one
-    that is near.
+    """A step to a camera with these effects, the last of which is calibrated along with it, from a
+    camera that is near.
     """
     scenery, name = step.model.scenery, effects[-1].name
     fit_half, _ = halves(setting.seen)

@@ -16,7 +16,7 @@ LAST_STEPS = 2
 
 
 def at_its_end(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
-    """The same with a camera from which no step leads further, if the last one was long.
+    """The step to a camera from which no step leads further, if the last one was long.
 
     Where a model leaves something, steps follow what is left, wherever that leads. One that leaves
     something where nothing was left is not made.
@@ -38,7 +38,7 @@ def at_its_end(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
 
 
 def _further(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
-    """The same a step further, by all that is known around the camera.
+    """The step to a camera one step further on, by all that is known around this one.
 
     Steps of a calibration are made by a few twins and the frames that fit, and whatever these are
     off by chance goes into the camera. Around it there are many twins, all key frames, and the

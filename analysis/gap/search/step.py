@@ -39,7 +39,7 @@ def around_it(found: Refined, scenery: Scenery) -> Fit:
 
 
 def nearer(one: Step, other: Step) -> Step:
-    """The one that leaves less; where both leave little, whose worst family is likelier."""
+    """The step that leaves less; if both leave little, the one whose worst family is likelier."""
     first, second = one.left, other.left
     if max(first.held.total, second.held.total) < TELLS_LITTLE:
         closer = min(second.whole.p_by_family.values()) > min(first.whole.p_by_family.values())

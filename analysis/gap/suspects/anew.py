@@ -235,8 +235,9 @@ def _settled(case: Case, found: Candidate) -> Candidate:
 
 
 def _as_settled(case: Case, found: Candidate, start: Base | None) -> Candidate:
-    """The same of one whose parameters are told to the last digit, from where the camera begins
-    with it: by errors as wide as where bodies differ much any other camera seems to fit as well.
+    """A suspect that makes bodies differ, as it is told to the last digit, with a camera that is
+    fitted from where it begins with it: by errors as wide as where bodies differ much any other
+    camera seems to fit as well.
     """
     model, off = settled(case, start or found.base, found.effect, tuned=False)
     one = _scored(case, found, model.base, found.effect)

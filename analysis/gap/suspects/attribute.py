@@ -169,7 +169,7 @@ def _by(told: DirectReading, found: Candidate) -> Candidate:
 def _at_strength(
     case: Case, possible: Sequence[Evidence], watch: Callable[[str], None]
 ) -> list[Adapted]:
-    """Those worth a look at the strength that fits, best first."""
+    """Suspects that are worth a look, each at the strength that fits, best first."""
     likely = [e for e in possible if not too_much(e)]
     worth_it = max(WORTH_A_LOOK, HOPELESS * max((e.score for e in likely), default=0.0))
     found = []

@@ -56,7 +56,7 @@ def as_dark(found: Refined, seen: Observation) -> Base:
 
 
 def every_choice(effect: Effect, told: Hints | None = None) -> list[Effect]:
-    """The same effect with all its choices made in all ways.
+    """An effect as it is, then with all its choices made in all ways.
 
     Args:
         effect: the effect.
@@ -82,15 +82,15 @@ ELSEWHERE = 3.0
 
 
 def choices(effect: Effect) -> list[Effect]:
-    """The same effect with a choice made differently, with another of its strengths, or with a
-    parameter as far from here as its search begins elsewhere.
+    """Effects like this one, each with a choice made differently, with another of its strengths, or
+    with a parameter as far from here as its search begins elsewhere.
     """
     return [*otherwise(effect), *of_other_strengths(effect)]
 
 
 def otherwise(effect: Effect) -> list[Effect]:
-    """The same effect with a choice made differently, or with a parameter as far from here as its
-    search begins elsewhere.
+    """Effects like this one, each with a choice made differently, or with a parameter as far from
+    here as its search begins elsewhere.
     """
     return [*chosen_otherwise(effect), *_elsewhere(effect)]
 
@@ -117,8 +117,8 @@ def _is_a_choice(p: Parameter) -> bool:
 
 
 def chosen_otherwise(effect: Effect) -> list[Effect]:
-    """The same effect with one of its choices as another search for it begins, or made one next to
-    it: of many a search begins with a few.
+    """Effects like this one, each with one of its choices as another search for it begins, or made
+    one next to it: of many a search begins with a few.
     """
     return [
         dataclasses.replace(effect, **{p.name: value})
@@ -135,13 +135,13 @@ def _next_to(p: Parameter, value: float) -> set[float]:
 
 
 def of_other_strengths(effect: Effect) -> list[Effect]:
-    """The same effect as searches for it begin, with others of its strengths, or more of them."""
+    """Effects of this kind as searches begin, with others of its strengths on, or more of them."""
     others = {_strengths_on(one): one for one in reversed(starts(type(effect)))}
     return [one for on, one in others.items() if on != _strengths_on(effect)]
 
 
 def with_more_strengths(effect: Effect) -> list[Effect]:
-    """The same effect with one of its strengths that are off as a search for it begins."""
+    """Effects like this one, each with one strength on that is off here, as searches begin."""
     off = {p.name for p in strengths(type(effect)) if not p.whole} - _strengths_on(effect)
     return list(
         dict.fromkeys(

@@ -143,7 +143,8 @@ def closer(
     *,
     least: float = WORTH_A_SECOND,
 ) -> list[Signature]:
-    """The same signatures, those that promise something by both sets of random numbers.
+    """Signatures in their order; of those that promise something, what both sets of random numbers
+    agree on.
 
     Args:
         case: the capture.

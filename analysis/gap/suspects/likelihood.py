@@ -57,7 +57,7 @@ def deviance(case: Case, found: Candidate) -> float:
 
 
 def deviance_without(case: Case) -> float:
-    """The same of the model as it is, without any suspect."""
+    """-2 log likelihood of the frames that score by the model alone, as `deviance` counts it."""
     bodies = case.known.bodies
     few = slice(None, JUDGES)
     fewer = dataclasses.replace(bodies, figures=bodies.figures[few], means=bodies.means[few])

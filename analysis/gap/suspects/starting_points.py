@@ -205,6 +205,6 @@ class StartingPoints:
 
 
 def _within(times: float, tried: list[Refined]) -> list[Refined]:
-    """Those that leave at most so many times what the likeliest leaves."""
+    """Cameras that leave at most so many times the misfit that the best one leaves."""
     least = min(one.misfit for one in tried)
     return [one for one in tried if one.misfit <= times * least]

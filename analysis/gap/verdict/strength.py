@@ -45,7 +45,7 @@ def figure_of(
 def _by_the_fit(
     effect: Effect, p: Parameter, model: Fit, after: Measured, found: Candidate
 ) -> Figure:
-    """The same with the error of the fit.
+    """A parameter after the last step of the fit, with the error of the fit alone.
 
     What frames tell by themselves is as it was told: a step of a fit by twins would make it worse.
     Of what is fitted no step is known better than it is long: steps that do not become shorter are

@@ -39,11 +39,13 @@ def greens(images: Floats, lattices: Sequence[Lattice]) -> Figures:
 
 
 def apart(difference: Floats, green: Floats, colour: Floats) -> Figures:
-    """The same of a difference of the greens, in which it is linear.
+    """Offset of the greens' difference over the mean of green, and its slope against the colour.
+
+    Both are linear in the difference.
 
     Args:
         difference: G1 - G2 of each block in DN, (blocks,).
-        green, colour: G and R - B.
+        green, colour: G and R - B of each block in DN, (blocks,).
     """
     colour = colour - colour.mean()
     return {

@@ -125,7 +125,9 @@ class Group:
 
     @cached_property
     def crossed_halves(self) -> tuple[Array, Array]:
-        """The same without anything that is linear along the rows or along the columns."""
+        """Means of the even and of the odd frames without anything that is linear along the rows or
+        along the columns, in DN, (k, h - 2, w - 2); see `crossed`.
+        """
         even, odd = self._mean_halves
         return crossed(even), crossed(odd)
 
