@@ -21,6 +21,13 @@ def agreed(before: Sequence[Observation], after: Sequence[Observation]) -> tuple
     and whatever is measured along it too small. The mean m of a figure with standard error e is
     drawn to zero by 1 - (e / m)^2, and once more by what all figures of one kind together have of
     that ratio: a kind of figure that does not move says so by its many members.
+
+    Args:
+        before, after: twins without and with the change, one for each set of random numbers.
+
+    Returns:
+        changes of the mean over groups: of figures in their own units, (keys,), and of block means
+        in DN, (shots, channels, blocks).
     """
     pairs = list(zip(before, after, strict=True))
     figures = np.array([(b.figures - a.figures).mean(axis=0) for a, b in pairs])

@@ -19,9 +19,11 @@ class Calibration:
 
     Attributes:
         space: where figures have units of their standard errors.
-        q: orthonormal columns over the coordinates and the priors, (coordinates + n, n).
-        solve: from projections to amounts of each direction.
-        priors: one over the standard deviation that each amount has beforehand; 0 where free.
+        q: orthonormal columns over the coordinates and the priors, (coordinates + directions, m):
+            as many as directions that the coordinates and priors tell apart.
+        solve: from projections on these to amounts of each direction, (directions, m).
+        priors: one over the standard deviation that each amount has beforehand, (directions,); 0
+            where free.
     """
 
     space: Space
@@ -30,13 +32,25 @@ class Calibration:
     priors: Floats
 
     def left(self, vector: Floats) -> Floats:
-        """What calibration cannot take up of a vector, or of several (rows)."""
+        """What calibration cannot take up of a vector, or of several.
+
+        Args:
+            vector: in standard errors, (coordinates,), or (rows, coordinates).
+
+        Returns:
+            what is left in standard errors, (..., coordinates + directions): of the coordinates,
+            then of the measurement that each direction's prior is.
+        """
         n = self.q.shape[0] - vector.shape[-1]
         padded = np.concatenate([vector, np.zeros((*vector.shape[:-1], n))], axis=-1)
         return np.asarray(padded - (padded @ self.q) @ self.q.T)
 
     def amounts(self, vector: Floats) -> Floats:
-        """How much of each direction calibration takes up."""
+        """How much of each direction calibration takes up, in its own unit, (directions,).
+
+        Args:
+            vector: in standard errors, (coordinates,).
+        """
         return np.asarray(self.solve @ (self.q[: len(vector)].T @ vector))
 
     @property

@@ -85,11 +85,14 @@ def common(members: NDArray[np.intp], seen: Floats) -> Common:
 class Space:
     """Where figures and blocks are in units of their standard errors.
 
+    Its coordinates are the figures, then the block means of all shots and channels, one after the
+    other: keys + shots channels blocks of them.
+
     Attributes:
         keys: of the figures.
-        expected_figures: mean over the twins.
-        expected_means: the same of the block means, (shots, channels, blocks).
-        spread: standard error of each figure's difference, real less expected.
+        expected_figures: mean of each figure over the twins, in its own unit, (keys,).
+        expected_means: mean over the twins of the block means in DN, (shots, channels, blocks).
+        spread: standard error of each figure's difference, real less expected, (keys,).
         whitening: (channels, blocks, shots, shots), inverse Cholesky factors.
         shape: shots, channels, blocks.
         common: what blocks have in common, one after the other.
@@ -131,11 +134,21 @@ class Space:
         return np.concatenate([np.log(self.spread), widths])
 
     def vector(self, figures: Floats, means: Floats) -> Floats:
-        """A difference as one vector of coordinates."""
+        """A difference as one vector of coordinates, in standard errors, (coordinates,).
+
+        Args:
+            figures: difference of each figure in its own unit, (keys,).
+            means: difference of the block means in DN, (shots, channels, blocks).
+        """
         return np.concatenate([self.figures(figures), self.blocks(means)])
 
     def of(self, seen: Observation, groups: slice = slice(None)) -> Floats:
-        """A capture's difference from what is expected."""
+        """A capture's difference from what is expected, in standard errors, (coordinates,).
+
+        Args:
+            seen: the capture, with these keys.
+            groups: of its frames, over which it is averaged.
+        """
         return self.vector(
             seen.figures[groups].mean(axis=0) - self.expected_figures,
             seen.means[groups].mean(axis=0) - self.expected_means,

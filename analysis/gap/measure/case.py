@@ -151,7 +151,7 @@ def candidate(case: Case, shown: Signature, absorbed: float, amount: float = 1.0
 
 
 def vector(space: Space, shown: Signature) -> Floats:
-    """A signature in units of standard errors."""
+    """A signature in standard errors of a space with the same figures, (coordinates,)."""
     return space.vector(shown.figures, shown.means)
 
 

@@ -76,7 +76,8 @@ def distance(left: Floats, spread: Spread) -> Distance:
     """Distance of what is left of a capture.
 
     Args:
-        left: what calibration leaves of its difference from the model.
+        left: what calibration leaves of its difference from the model, in standard errors,
+            (coordinates + directions,), of which the coordinates alone count.
         spread: of the model's twins.
     """
     squares = np.square(believed(left[: len(spread.families)], len(spread.residuals)))
