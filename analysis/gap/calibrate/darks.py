@@ -22,6 +22,7 @@ from analysis.gap.look.observation import Observation
 Floats = NDArray[np.float64]
 
 LEAST_READ_DN2 = 0.01
+"""Least variance of read noise that a first camera is given, in DN^2: never none, nor less."""
 
 
 def black_of(means: Mapping[float, float], lit: Mapping[float, list[float]]) -> float:
@@ -42,6 +43,7 @@ def black_of(means: Mapping[float, float], lit: Mapping[float, list[float]]) -> 
 
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(15)
 WEIGHTS = WEIGHTS / WEIGHTS.sum()
+"""Gauss-Hermite points over a normal distribution of variance 1, and weights whose sum is 1."""
 
 
 TOLD_TO_DN = 0.002

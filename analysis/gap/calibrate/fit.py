@@ -253,6 +253,7 @@ def chi2_of_twins(space: Space, bodies: Observation) -> float:
 
 
 TWINS = 24
+"""Bodies simulated around a model: their mean is what is expected, their spread the error."""
 
 TWICE = 8
 """Of them that are looked at twice."""

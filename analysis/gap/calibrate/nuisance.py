@@ -34,6 +34,7 @@ with a relative noise of sqrt((1 - s) / (s pixels)): a shorter one hardly leads 
 is long beside the noise ends in another phase of the rounding."""
 
 BLUR_STEP_PX2 = 0.2
+"""Step of the variance of the blur without blur; a tenth of what there is is added."""
 
 UNEVEN_STEP = 0.3
 """Step of the law of dark currents: a skewness of 0.9."""

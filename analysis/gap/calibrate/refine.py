@@ -34,7 +34,10 @@ from sensor.effect import Effect
 Floats = NDArray[np.float64]
 
 MOST_STEPS = 10
+"""Iterations of Gauss-Newton at most, unless a caller wants others."""
+
 STEP_TWINS = 4
+"""Bodies that are simulated of each camera on the way."""
 
 CLOSE = 0.1
 """Part of chi-squared that a last step takes off at most, of a model that fits."""

@@ -16,6 +16,7 @@ from sensor.effect import Effect
 Floats = NDArray[np.float64]
 
 MOST_GAIN_STEP = 0.4
+"""Of the logarithm of a gain or of a level, either way, in one step."""
 
 CHARGE_RATE = "e-/s"
 """The unit of what gathers in darks."""

@@ -26,6 +26,7 @@ from analysis.gap.look.observation import Observation
 Floats = NDArray[np.float64]
 
 TERMS = 2
+"""Of the covariance of a block between shots: an offset, and a part of the signals."""
 
 WEIGHED = 2
 """Times the terms are fitted: the second time by errors that have the pattern in them."""

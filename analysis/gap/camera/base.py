@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 MOST_DARK_E_PER_S = 9e5
 MOST_UNEVEN = 1.5
 MOST_BLUR_PX2 = 50.0
+"""Up to which calibration turns the dark current, its unevenness, and the variance of the blur: the
+first two are inside the ranges of the parameters of `dark_shot`."""
 
 LEFT_OF_GREEN = 5 / 16
 """Of the variance of a measured green that is averaged with those at its corners."""

@@ -33,6 +33,8 @@ PATHS = 32
 patches meet it is a hundred times that, which is counted; see `Light.noise`."""
 
 USUAL_PX = 640 * 480
+"""Pixels of a picture that gets `PATHS`."""
+
 MOST_TIMES = 4
 """Smaller pictures get so many times the paths: fewer pixels average them."""
 

@@ -36,12 +36,18 @@ FREE = np.inf
 """Prior of a way that nothing is known of."""
 
 SHADING_PRIOR = 0.01
+"""Of each shading of a lamp, as a part of the light at the edge of the picture: an assumption."""
+
 TINT_PRIOR = 0.005
+"""Of a shading that colours do not share, in the same parts: an assumption; see `TINTS`."""
+
 TINTS = ((1.0, -0.5, -0.5), (0.0, 1.0, -1.0))
 """Of the same shading in one colour against others: filters and microlenses shade them differently,
 by tenths of a percent where the lens is far away."""
 
 PANEL_PRIOR = 0.01
+"""Of a panel's reflectance in each channel, as a part, shared by all lamps: an assumption."""
+
 LEVEL_PRIOR = 0.001
 """Of a shot's level against what the manifest states."""
 

@@ -33,6 +33,8 @@ WANDERS = 0.05
 filter leaves them a few thousandths, by chance."""
 
 OF_CORNERS = 2 / 5
+"""Correlation of the noise of a green that is averaged with that of each green at its corners."""
+
 WITHIN = 0.05
 """Of that correlation, in lit frames of every level: that it comes out so without such a demosaicer
 is no chance, as samples that pass unchanged have none."""

@@ -18,6 +18,8 @@ from analysis.gap.look.lattices import Lattice, inner, of_a_mosaic
 Whole = NDArray[np.int64]
 
 IN_FRACTIONS = 0
+"""In fractions of a converter with endlessly many bits, rounded once behind everything."""
+
 OF_WHOLE_SAMPLES = 4
 """In fractions behind a converter that has rounded: of itself it looks like halves to the even
 number, and differs from it by what processing makes of the fractions."""
@@ -46,6 +48,7 @@ wide."""
 FINER = (*TO_EVEN, *UP)
 
 HALVES_TO_EVEN = 2
+"""In whole numbers, the mean of two with its halves to the even number."""
 
 RULES: dict[int, Callable[[Whole], Whole]] = {
     1: lambda total: (total + 1) // 2,

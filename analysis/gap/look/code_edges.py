@@ -50,6 +50,8 @@ LEAST_COUNT = 40
 """Samples of a code that make its count worth a look."""
 
 LEAST_CODES = 6
+"""Such codes that a shot must have for the edges of codes to be told from their counts."""
+
 LEAST_NOISE_DN2 = 0.35
 """Noise below which the mean of whole codes does not tell where between them a pixel is."""
 

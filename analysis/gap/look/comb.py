@@ -35,6 +35,7 @@ LEAST_COUNT = 40
 """Samples of a code that make its count worth a look."""
 
 LEAST_CODES = 30
+"""Such codes that a histogram must have for its teeth to be read."""
 
 SLACK = 0.02
 """By how much less a comb may be like the histogram and still fit as well."""

@@ -26,6 +26,7 @@ from analysis.gap.look.comb import (
 Floats = NDArray[np.float64]
 
 EXPONENTS = np.round(np.arange(0.3, 2.0, 2e-4), 4)
+"""Powers that are tried."""
 
 NEARLY_STRAIGHT = EXPONENTS[(np.abs(EXPONENTS - 1) < NEAR) & (np.abs(EXPONENTS - 1) > 0.0035)]
 """Powers whose combs have one tooth or a few."""
@@ -40,6 +41,7 @@ CHORD = 0.025
 """Part of the range up to which there may be a straight line, and teeth of its own."""
 
 FINER_ORIGINS = np.linspace(-0.1, 0.1, 5)
+"""Where a curve begins, from the likeliest of `ORIGINS`, in DN."""
 
 BENT_ALIKE = 0.45
 """Correlation of a histogram with the comb of a power that it has, whose teeth are few where it is

@@ -63,6 +63,7 @@ RIVAL = 12.0
 of less noise than pixels' means can tell it shows at once."""
 
 MOST_RIVALS = 4
+"""Such combs, the likeliest among them, that are kept at most."""
 
 MOST_PAIRS = 12
 """Gains of two colours that are looked at as sharply as combs tell them."""

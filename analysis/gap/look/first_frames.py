@@ -34,6 +34,7 @@ FEWEST = 3 * LEFT_OUT
 """Frames of a shot that tell it; up to `MOST` are looked at."""
 
 MOST = 32
+"""Frames of a shot that are looked at."""
 
 ENOUGH_PX = 20_000
 """Of larger frames every other pixel is looked at, or fewer: about so many."""

@@ -35,6 +35,7 @@ MOST = 0.15
 """A gain farther from 1 than this has teeth that are not alone in what is looked at beside one."""
 
 STEP = 1e-4
+"""From one gain that is tried to the next."""
 
 NEAR_ONE = 1.0 + np.concatenate([-np.arange(LEAST, MOST, STEP), np.arange(LEAST, MOST, STEP)])
 
@@ -42,6 +43,7 @@ A_TOOTH = 0.5
 """A code that is left out has none of what those beside it have, and one taken twice has double."""
 
 CLOSER_GAINS = np.arange(-1.2e-3, 1.2e-3, 2e-5)
+"""Of gains around the likeliest, which are tried again."""
 
 AS_EXACT = 0.005
 """Part of the teeth that exact combs may explain less and still fit as well."""

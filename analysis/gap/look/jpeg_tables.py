@@ -40,6 +40,8 @@ TABLE = np.array(
 """Steps of luminance, rows of vertical frequency: ITU-T T.81, table K.1."""
 
 BLOCK = 8
+"""Pixels along the side of a block that is transformed: ITU-T T.81."""
+
 MOST_BLOCKS = 800
 """Of a shot; taken at equal distances from all of it."""
 

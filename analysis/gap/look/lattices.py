@@ -19,6 +19,8 @@ from sensor.frames import Capture
 Array = NDArray[np.float32]
 
 SITES = ((0, 0), (0, 1), (1, 0), (1, 1))
+"""Rows and columns of the four sites of a mosaic's square."""
+
 BORDER_PX = 8
 """Pixels along the border that are not looked at; a multiple of 8, to keep the phase
 of a mosaic and of the blocks of a codec."""

@@ -28,6 +28,8 @@ FEWEST_FRAMES = 4
 """A shot with fewer cannot be split into two groups that both have noise in time."""
 
 FEWEST_SHOTS = 2
+"""Shots with frames enough that a diagnosis needs: one cannot tell gain from read noise."""
+
 KEY_SHOTS = 5
 """Shots that choose and fit: enough for two lamps, two levels, and two exposures in the dark."""
 

@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 FAMILY = "texture"
 STAGE = "photosite"
 CLIP = 8.0
+"""Standard errors up to which a block of the residual image counts; more count as that."""
 
 
 def texture(white: Floats, grid: tuple[int, int]) -> dict[str, float]:

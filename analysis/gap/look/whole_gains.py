@@ -20,6 +20,7 @@ STEP = 64
 """Such windows begin at multiples of this, so that channels have most of them in common."""
 
 LARGE_GAINS = np.round(np.arange(2.0, 3.2, 5e-4), 4)
+"""Gains of which every second or third code is hit; see `MIRRORED`."""
 
 MIRRORED = 0.03
 """By how much more a histogram is like the comb of a large gain, of which every second or third
@@ -29,6 +30,7 @@ OFFSETS = np.sort(np.append(np.arange(0.0, 2.0, 0.1), [1e-3, 2.0 - 1e-3]))
 """Of a tenth of a code, and next to none: by which halves go up or down."""
 
 AS_GOOD_AS_ZERO = 0.15
+"""Of a code, either way of a whole number of gains, within which an offset is none."""
 
 ALIKE = 0.57
 """Correlation of a histogram with the comb of a gain that it has; others have up to 0.5."""

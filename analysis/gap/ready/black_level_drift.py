@@ -51,6 +51,7 @@ TRIED = 40
 more where they are likely."""
 
 RATIOS = (1e-4, 1e4)
+"""Between which ratios of w^2 to s^2 are tried."""
 
 UNLIKELY = 12.0
 """Logarithm of a likelihood over the largest, below which none is looked at again."""

@@ -126,6 +126,7 @@ def in_common(by_lattice: dict[str, Floats], mix: Floats) -> float:
 
 
 NO_PARTS: dict[str, float | Colours] = {"next_colour": 0.0, "last_colour": 0.0}
+"""Parameters of a matrix that is nothing but a saturation."""
 
 MOSTLY = 0.8
 BLURRED = 0.02

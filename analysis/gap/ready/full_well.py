@@ -21,6 +21,7 @@ from sensor.frames import Frames
 Floats = NDArray[np.float64]
 
 MOST_FRAMES = 32
+"""Of a shot, of which samples are read."""
 
 TOP = 0.01
 """Part of the samples that are looked at as the brightest."""

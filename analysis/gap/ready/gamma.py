@@ -31,6 +31,7 @@ from sensor.frames import Frames
 Floats = NDArray[np.float64]
 
 EXPONENTS = np.round(np.arange(0.3, 2.505, 0.005), 4)
+"""Powers that are tried."""
 
 LIT = 0.05
 """Part of the range by which a block must be above the dark for its rate to be told."""

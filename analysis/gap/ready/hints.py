@@ -82,7 +82,11 @@ def dwell_s(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> float | 
 
 
 MAINS_HZ = np.arange(45.0, 65.0, 0.02)
+"""Frequencies of the mains that are tried."""
+
 USUAL_MAINS_HZ = (50.0, 60.0)
+"""Of frequencies that beat alike the nearest to one of these is taken."""
+
 RIPPLE = 2.0 / 3.0
 """Amplitude at twice the mains of a rectified sine, relative to its mean."""
 
@@ -127,6 +131,7 @@ def mains_hz(stacks: Sequence[Frames]) -> float | None:
 
 
 MOST_BITS = 8
+"""Lowest bits that may be lost, as of `BitTruncation`."""
 
 
 def empty_bits(stacks: Sequence[Frames], lattices: Sequence[Lattice]) -> int:

@@ -25,6 +25,8 @@ MARGIN = 9.0
 """By how much a suspect must beat one that is not named with it."""
 
 LEAST_SHRINK = 0.8
+"""Part of a gap that must be closed for its causes to be named where something is left: demanded of
+the diagnosis, not measured."""
 
 TELLS_LITTLE = 0.1
 """G below which the part of it that is closed says nothing of who closed it."""

@@ -26,6 +26,7 @@ SECOND_LOOK = 0.2
 effect that closes the gap alone is likelier than two that do it together."""
 
 MOST_RIVALS = 2
+"""Such suspects, by their scores, that are tried."""
 
 MUCH = 0.5
 """Part of a gap that is closed from which calibration may not have come to its end: a lateral

@@ -22,6 +22,7 @@ from analysis.gap.suspects.starting_points import StartingPoints
 from sensor.effect import Effect, Stage
 
 ANEW_STEPS = 5
+"""Steps of a calibration with a suspect, at most, where the camera was calibrated before."""
 
 ENOUGH = 1.05
 """Misfit, by its own errors, from which no other way is gone with a suspect."""

@@ -24,7 +24,10 @@ WORTH_A_LOOK = 6.0
 """A suspect that takes less off chi-squared is not followed."""
 
 ADAPTED = 7
+"""Suspects that are simulated again at the strength that fits, best first, at most."""
+
 FINALISTS = 3
+"""Suspects that are followed, with those of which frames tell parameters."""
 
 LIKELIEST = 2
 """Finalists of which frames tell nothing, where none of those of which they do fits."""

@@ -17,6 +17,7 @@ from analysis.gap.measure.twins_spread import spread_of
 from sensor.effect import Effect
 
 ROUNDS = 4
+"""Models that are made with an effect, at most, one from each step of the fit."""
 
 FITS = 0.05
 """Chance of what is left from which no further step is taken."""

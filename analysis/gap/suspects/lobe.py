@@ -48,6 +48,7 @@ LEAST_FOR_A_SHAPE = 18.4
 10,000 times."""
 
 MOST_STRETCHED = 8.0
+"""Length over width of a patch, at most: as far as the effect goes."""
 
 SHAPES = ((0.9, 0.0), (0.0, 0.9), (-0.9, 0.0), (0.0, -0.9))
 """Where a search for a shape begins: two and a half times as long as wide, along rows, columns and

@@ -28,9 +28,17 @@ from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect, Parameter
 
 STRENGTH_ROUNDS = 2
+"""How often a strength is looked for again by the signature at the last one."""
+
 CLOSE = 0.03
+"""From 1, by which the amount of a signature may differ where its strength is right."""
+
 SHAPE_ROUNDS = 3
+"""Times that the parameters of a suspect take a step together, at most."""
+
 WORTH_A_SHAPE = 6.0
+"""Fall of chi-squared from which another shape, colour or choice of a suspect is kept."""
+
 CHOOSE_AGAIN_MISFIT = 1.05
 """Misfit (chi-squared over the expected one) beyond which a choice is made differently as well."""
 

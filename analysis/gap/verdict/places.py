@@ -16,6 +16,7 @@ from analysis.gap.report import Place
 Floats = NDArray[np.float64]
 
 MOST_PLACES = 12
+"""Places of a report: those of the largest differences."""
 
 ACCOUNTED = 0.5
 """Part of a difference that a suspect leaves of it at most if it accounts for it."""

@@ -12,6 +12,7 @@ from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.look.statistics.group import Array, Figures, Floats, Group, safe_ratio
 
 LAGS = ((0, 1), (1, 0), (1, 1), (0, 2), (0, 4), (4, 0))
+"""Rows and columns between the two samples of each product."""
 
 
 STEEP = 0.02
