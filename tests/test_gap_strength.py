@@ -16,6 +16,7 @@ from analysis.gap.report import Figure
 from analysis.gap.verdict import strength as strength_of
 from analysis.gap.verdict.strength import OF_A_SEARCH
 from sensor.catalogue import catalogue
+from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.blooming import Blooming
 from sensor.effects.lamp_displacement import LampDisplacement
@@ -120,3 +121,21 @@ def test_what_frames_tell_is_not_moved(
 def test_where_the_lamp_stood_is_stated_and_not_looked_for() -> None:
     """Nor is how wide the picture is: their handles would bend the slope that the lamp makes."""
     assert [p.name for p in free_parameters(LampDisplacement(up_cm=2.0))] == ["right_cm", "up_cm"]
+
+
+@pytest.mark.parametrize(
+    ("leakage", "colour"),
+    [
+        (Colours(R=0.0036, G=0.0, B=0.0), "R"),
+        (Colours(R=0.0, G=0.0002, B=-0.0036), "B"),
+        (Colours(R=0.0041, G=0.0036, B=0.0038), "G"),
+        (Colours(R=0.0, G=0.0, B=0.0), "G"),
+    ],
+)
+def test_a_strength_is_that_of_green_where_green_has_the_effect(
+    leakage: Colours, colour: str
+) -> None:
+    (parameter,) = (
+        p for p in catalogue()["spectral_response_error"].parameters() if p.name == "leakage"
+    )
+    assert strength_of.reported_colour(leakage, parameter) == colour
