@@ -225,9 +225,9 @@ def test_what_whole_codes_tell_stands_whatever_else_is_left(
     def of(*effects: Any) -> Any:
         return SimpleNamespace(models=[SimpleNamespace(effects=effects)], measured=[None, None])
 
-    assert trail.elsewhere(of(left), {"bit_truncation"})
-    assert trail.elsewhere(of(lost), set())
-    assert not trail.elsewhere(of(lost), {"bit_truncation"})
+    assert trail.still_untouched(of(left), {"bit_truncation"})
+    assert trail.still_untouched(of(lost), set())
+    assert not trail.still_untouched(of(lost), {"bit_truncation"})
 
 
 def against(spread: float, seen: np.ndarray, gap: float, family: str, p_value: float = 0.0) -> Any:

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.gap.look.observation import Key
 from analysis.gap.measure.signature import Signature
-from analysis.gap.search.remainder import RIGHT_TO, apart
+from analysis.gap.search.remainder import RIGHT_TO, score_apart
 from sensor.effects.lens_distortion import LensDistortion
 
 HALF = 25
@@ -53,7 +53,9 @@ def test_a_later_effect_counts_where_the_first_did_nothing(
 ) -> None:
     """With weights w = 1 / (1 + (e z)^2) of n statistics that were z off and 1 of n others, a
     signature of ones finds (n a w + n b)^2 / (n w + n) in a and b: b^2 n, to a few w of it."""
-    found = apart("lens_distortion", [shown(np.ones(2 * HALF))], case(OFF * FIRST), case(left))
+    found = score_apart(
+        "lens_distortion", [shown(np.ones(2 * HALF))], case(OFF * FIRST), case(left)
+    )
     a, b = left[0], left[-1]
     w = 1.0 / (1.0 + (RIGHT_TO * OFF) ** 2)
     assert found == pytest.approx(HALF * (a * w + b) ** 2 / (w + 1.0), rel=1e-9), what
@@ -62,6 +64,6 @@ def test_a_later_effect_counts_where_the_first_did_nothing(
 
 def test_what_was_not_looked_at_without_the_first_was_not_off() -> None:
     before = case(OFF * FIRST[:HALF], KEYS[:HALF])
-    found = apart("lens_distortion", [shown(1 - FIRST)], before, case(3.0 * (1 - FIRST)))
+    found = score_apart("lens_distortion", [shown(1 - FIRST)], before, case(3.0 * (1 - FIRST)))
     assert found == pytest.approx(9.0 * HALF)
-    assert apart("vibration", [shown(1 - FIRST)], before, case(3.0 * (1 - FIRST))) == 0.0
+    assert score_apart("vibration", [shown(1 - FIRST)], before, case(3.0 * (1 - FIRST))) == 0.0

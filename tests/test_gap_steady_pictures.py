@@ -6,7 +6,7 @@ from analysis.gap.ready.moments import by_moments
 from analysis.gap.ready.setting import Setting, look
 from analysis.gap.ready.steady_pictures import of_a_lamp
 from analysis.gap.ready.vibration import trembling
-from analysis.gap.suspects.told import hints_of_frames
+from analysis.gap.suspects.direct_readings import hints_of_frames
 from sensor.effect import Effect
 from sensor.effects.defect_correction import DefectCorrection
 from sensor.effects.lamp_drift import LampDrift

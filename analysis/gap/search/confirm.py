@@ -15,7 +15,7 @@ from analysis.gap.measure.measured import Measured
 from analysis.gap.ready.setting import Setting, halves
 from analysis.gap.search.choice import DRAWN, LEAST_SCORE, LEAST_SHRINK, SIGNIFICANCE, Choice
 from analysis.gap.search.closing import CERTAIN, accounts, closed, nothing_left, too_wide
-from analysis.gap.search.step import Step, Watch, around_it, nearer, step_of
+from analysis.gap.search.step import Step, Watch, around_it, nearer, step_to
 from analysis.gap.suspects.anew import ANEW_STEPS, anew
 from analysis.gap.suspects.beginnings import chosen_otherwise, kind_of, of_other_strengths
 from analysis.gap.suspects.recount import recounted
@@ -150,17 +150,17 @@ def _as_found(setting: Setting, model: Fit, choice: Choice) -> Step:
     lit = as_shown(now, scenery)
     if now.misfit <= FITS_MISFIT and found.model is None and found.told is None:
         fitted = refine(now.base, fit_half, lit, effects, steps=ANEW_STEPS, tuned=found.name)
-        calibrated = step_of(setting, choice, around_it(fitted, lit))
+        calibrated = step_to(setting, choice, around_it(fitted, lit))
         if calibrated.ends and not _is_gone(calibrated):
             return calibrated
-    step = step_of(setting, choice, found.model or around_it(now, scenery))
+    step = step_to(setting, choice, found.model or around_it(now, scenery))
     if step.ends:
         return step
     shown = refined(now.base, fit_half, lit, effects)
     again = recounted(shown, fit_half, lit)
     if again is shown:
         return step
-    return nearer(step, step_of(setting, choice, around_it(again, lit)))
+    return nearer(step, step_to(setting, choice, around_it(again, lit)))
 
 
 def alone(setting: Setting, known: Fit, step: Step) -> Step:
@@ -182,7 +182,7 @@ def _calibrated(setting: Setting, step: Step, effects: Sequence[Effect], base: B
     scenery, name = step.model.scenery, effects[-1].name
     fit_half, _ = halves(setting.seen)
     found = refine(base, fit_half, scenery, effects, steps=ANEW_STEPS, tuned=name)
-    return step_of(setting, step.choice, around_it(found, scenery))
+    return step_to(setting, step.choice, around_it(found, scenery))
 
 
 def likeliest_step(

@@ -29,13 +29,13 @@ from analysis.gap.search.later import (
     leads,
     no_worse,
 )
-from analysis.gap.search.remainder import apart
+from analysis.gap.search.remainder import score_apart
 from analysis.gap.search.step import Step, Watch
 from analysis.gap.search.suspected import Heard, Look, looked
 from analysis.gap.search.trail import Trail
 from analysis.gap.suspects.attribute import at_first_sight
+from analysis.gap.suspects.direct_readings import hints_of_frames, told_by
 from analysis.gap.suspects.first_look import closer
-from analysis.gap.suspects.told import hints_of_frames, told_by
 from sensor.effect import Effect
 
 MOST_EFFECTS = MOST_CAUSES + 1
@@ -170,7 +170,7 @@ def _further(search: _Search, steps: tuple[Step, ...], look: Look) -> tuple[Step
     worthy = [
         one
         for one in look.telling
-        if deserves(one, first, base, now, apart(one.name, look.shown, base.case, now.case))
+        if deserves(one, first, base, now, score_apart(one.name, look.shown, base.case, now.case))
     ]
     if choice.best not in worthy:
         return None
@@ -270,4 +270,4 @@ def _another(step: Step, shown: Sequence[Signature], first: Candidate, base: Mea
     best = at_first_sight(case, near)
     if best is None:
         return False
-    return deserves(best, first, base, step.left, apart(best.name, near, base.case, case))
+    return deserves(best, first, base, step.left, score_apart(best.name, near, base.case, case))

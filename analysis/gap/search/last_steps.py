@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from analysis.gap.calibrate.refine import refined, stepped
 from analysis.gap.ready.setting import Setting, halves
-from analysis.gap.search.step import Step, around_it, step_of
+from analysis.gap.search.step import Step, around_it, step_to
 
 LONG = 0.5
 """Standard errors of a parameter beyond which the last step of a fit is not its last."""
@@ -49,7 +49,7 @@ def _further(setting: Setting, step: Step, tuned: Collection[str]) -> Step:
     fit_half, _ = halves(setting.seen)
     now = refined(model.base, fit_half, model.scenery, model.effects)
     found = stepped(now, model.ways, amounts, fit_half, model.scenery, tuned=tuned)
-    return step_of(setting, step.choice, around_it(found, model.scenery))
+    return step_to(setting, step.choice, around_it(found, model.scenery))
 
 
 def _is_long(step: Step, tuned: Collection[str]) -> bool:

@@ -25,7 +25,7 @@ RIGHT_TO = 0.15
 """Part of what an effect does by which its model may be wrong, in any statistic."""
 
 
-def apart(later: str, shown: Sequence[Signature], without: Case, now: Case) -> float:
+def score_apart(later: str, shown: Sequence[Signature], without: Case, now: Case) -> float:
     """Score of an effect in what the model with another one cannot have left of that.
 
     Args:

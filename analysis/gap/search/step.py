@@ -27,7 +27,7 @@ class Step:
     ends: bool
 
 
-def step_of(setting: Setting, choice: Choice, model: Fit) -> Step:
+def step_to(setting: Setting, choice: Choice, model: Fit) -> Step:
     """The step to a model with a suspect in it."""
     left = measured(model, setting.seen)
     return Step(choice=choice, model=model, left=left, ends=left.whole.p_value >= SIGNIFICANCE)

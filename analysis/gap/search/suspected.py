@@ -13,8 +13,8 @@ from analysis.gap.ready.hints import DirectReading, Hints
 from analysis.gap.search.choice import both, p_of_best, telling
 from analysis.gap.search.step import Watch
 from analysis.gap.suspects.attribute import attribute
+from analysis.gap.suspects.direct_readings import hints_of
 from analysis.gap.suspects.first_look import closer, shows, weaker
-from analysis.gap.suspects.told import hints_of
 from sensor.effect import Effect
 
 

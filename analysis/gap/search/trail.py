@@ -49,7 +49,7 @@ class Trail:
         )
 
 
-def elsewhere(found: Trail, told: Collection[str]) -> bool:
+def still_untouched(found: Trail, told: Collection[str]) -> bool:
     """Whether something that is wrong beyond doubt is as it was, and speaks against the effects.
 
     What whole codes tell is so, whatever else is wrong with the camera.

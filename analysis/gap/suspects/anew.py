@@ -183,7 +183,7 @@ def with_all_strengths(
     return min(tried, key=lambda one: cost(case, one[0])) if others else best
 
 
-def elsewhere(case: Case, found: Candidate) -> Candidate | None:
+def with_its_scatter(case: Case, found: Candidate) -> Candidate | None:
     """A suspect whose pattern lies elsewhere in every body, fitted in the space of a model that has
     it; None for one that makes no bodies differ.
 

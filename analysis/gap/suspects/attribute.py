@@ -13,7 +13,7 @@ from analysis.gap.measure.case import MISFIT, Candidate, Case, candidate
 from analysis.gap.measure.signature import Evidence, Signature, comes_in_steps, hold
 from analysis.gap.ready.hints import DirectReading, Hints
 from analysis.gap.suspects.adapt import Adapted, adapted
-from analysis.gap.suspects.anew import OFF, anew, elsewhere
+from analysis.gap.suspects.anew import OFF, anew, with_its_scatter
 from analysis.gap.suspects.beginnings import is_a_scale
 from analysis.gap.suspects.first_look import IN_THE_PICTURE, in_range
 from analysis.gap.suspects.likelihood import CLEAR_SCORE, judged
@@ -135,7 +135,7 @@ def _scattered(
         drawn = one.effect.stage in BY_BODY and not comes_in_steps(one.effect)
         if drawn and one.score > WORTH_A_LOOK and one.model is None:
             watch(one.name)
-            made.append(elsewhere(case, one))
+            made.append(with_its_scatter(case, one))
     return [one for one in made if one is not None]
 
 

@@ -13,7 +13,7 @@ from analysis.gap.search.choice import (
     Choice,
     probabilities,
 )
-from analysis.gap.search.trail import Trail, elsewhere, gap_of
+from analysis.gap.search.trail import Trail, gap_of, still_untouched
 from analysis.gap.suspects.separating import next_capture
 from analysis.gap.verdict.caps import most_of_a_name
 from analysis.gap.verdict.first_frames import with_first_frames
@@ -60,7 +60,7 @@ def _with(suspect: Candidate, found: Trail) -> float:
 def conclude(setting: Setting, found: Trail) -> tuple[GapReport, Trail]:
     """The report of what was found, and the part of it that the report speaks of."""
     gap = gap_of(found)
-    word = word_of(len(found.choices), gap, elsewhere(found, setting.told))
+    word = word_of(len(found.choices), gap, still_untouched(found, setting.told))
     each = range(len(found.choices))
     chances = no_surer([probability_of(k, word, gap, found, setting) for k in each])
     if word == "partly explained" and likelier_none(found.choices, chances):

@@ -12,13 +12,13 @@ from analysis.gap.search.choice import (
 )
 
 
-def word_of(effects: int, gap: Gap, elsewhere: bool = False) -> Verdict:
+def word_of(effects: int, gap: Gap, untouched: bool = False) -> Verdict:
     """The word of the report.
 
     Args:
         effects: number of effects that were added.
         gap: without and with them.
-        elsewhere: whether something that is wrong beyond doubt is as it was.
+        untouched: whether something that is wrong beyond doubt is as it was.
     """
     if effects == 0:
         return "matched" if gap.p_value_before >= SIGNIFICANCE else "unexplained"
@@ -31,4 +31,4 @@ def word_of(effects: int, gap: Gap, elsewhere: bool = False) -> Verdict:
     small = gap.at_floor or gap.before < TELLS_LITTLE
     little = small or gap.p_value_after > MAY_BE_NOTHING
     enough = gap.p_value_after**2 > gap.p_value_before if little else gap.shrink >= LEAST_SHRINK
-    return "partly explained" if enough and not elsewhere else "unexplained"
+    return "partly explained" if enough and not untouched else "unexplained"
