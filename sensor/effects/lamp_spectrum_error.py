@@ -8,28 +8,16 @@ from typing import ClassVar
 
 import drjit as dr
 
+from sensor.colour_slopes import EFFECTIVE_NM, WIDTH_NM, log_slopes_per_nm
 from sensor.colours import Colours
 from sensor.effect import Effect, Stage, parameter
 from sensor.filament import has_filament
-from sensor.image_plane import per_colour, scene_mean
-from sensor.neighbours import Neighbours, interleaved
+from sensor.image_plane import per_colour
 from sensor.signal import Signal
 from sensor.stream import Stream
 
 SECOND_RADIATION_CONSTANT_NM_K = 1.438776877e7
 """h c / k, CODATA 2018."""
-
-EFFECTIVE_NM = Colours(R=610.0, G=530.0, B=460.0)
-"""Maxima of the filters of a Sony interline CCD: those of scenes/data/surrogate.csv."""
-
-WIDTH_NM = Colours(R=40.0, G=51.0, B=39.0)
-"""Standard deviations of the same."""
-
-BLACKEST = 0.01
-"""Part of the scene's mean below which a colour has no slope: light that is hardly there."""
-
-DARKEST_E_PER_S = 1e-20
-"""Mean of a scene without any light of a colour, which has no slope either."""
 
 ALL, WITH_FILAMENT, WITHOUT = 0.0, 1.0, 2.0
 """Lamps that burn so. A share of the shift, as `filament` of a drift is, cannot say that filaments
@@ -111,16 +99,7 @@ class LampSpectrumError(Effect):
         another = self.lamps != ALL and has_filament(signal.shot) != (self.lamps == WITH_FILAMENT)
         if signal.shot.dark or another:
             return signal.replace(signal.value)
-        mean = dr.maximum(scene_mean(signal), DARKEST_E_PER_S)
-        near = Neighbours(signal.replace(signal.value / mean))
-        red, green, blue = (
-            dr.log(dr.maximum(near.flat_at(0, 0, colour), BLACKEST)) for colour in range(3)
-        )
-        above = (red - green) / (EFFECTIVE_NM.R - EFFECTIVE_NM.G)
-        below = (green - blue) / (EFFECTIVE_NM.G - EFFECTIVE_NM.B)
-        slopes = [above, 0.5 * (above + below), below]
-        slope = near.tensor(interleaved(slopes), signal.shape)
         gain = per_colour(signal, self.gains) * dr.exp(
-            per_colour(signal, self.of_slopes_nm) * slope
+            per_colour(signal, self.of_slopes_nm) * log_slopes_per_nm(signal)
         )
         return signal.replace(signal.value * gain)

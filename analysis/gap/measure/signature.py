@@ -256,7 +256,8 @@ def starts(kind: type[Effect]) -> list[Effect]:
         # a parameter that is off by default is a direction of its own
         if not (p.whole or p.stated) and p.default == p.identity:
             step = min(p.maximum - p.default, 0.1 * (p.maximum - p.minimum))
-            alone = {q.name: q.identity for q in strengths(kind)} | {p.name: p.default + step}
+            on = Colours.of(p.default + step) if p.per_colour else p.default + step
+            alone = {q.name: q.identity for q in strengths(kind)} | {p.name: on}
             made.append(kind(**alone))
     return made
 
