@@ -31,9 +31,10 @@ class SpectralResponseError(Effect):
     the three colours, less that of the whole scene, which the response as a whole takes up.
 
     Consequence: by leakage grey (three equal rates) stays grey and saturated colours move towards
-    it; by a shift the scene's mean colour stays, and what is redder than that gains. The shot noise is that of the new mean: variance equals mean at every photosite, and the noise of
-    neighbouring colours stays uncorrelated. A colour matrix after the noise gives the same means
-    and smaller variance.
+    it; by a shift the scene's mean colour stays, and what is redder than that gains. The shot noise
+    is that of the new mean: variance equals mean at every photosite, and the noise of neighbouring
+    colours stays uncorrelated. A colour matrix after the noise gives the same means and smaller
+    variance.
     """
 
     name: ClassVar[str] = "spectral_response_error"
