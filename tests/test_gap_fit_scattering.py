@@ -21,7 +21,7 @@ from analysis.gap.measure.measured import measured
 from analysis.gap.measure.signature import signature
 from analysis.gap.measure.twins_spread import spread_of
 from analysis.gap.ready.setting import look
-from analysis.gap.suspects.anew import MISFIT, OFF, SCATTERS, elsewhere
+from analysis.gap.suspects.anew import MISFIT, OFF, SCATTERS, with_its_scatter
 from analysis.gap.suspects.fit_scattering import settled
 from analysis.identifiability.known import base_of
 from sensor.effect import Effect
@@ -100,13 +100,13 @@ def test_a_weak_beginning_of_dust_is_settled_and_a_glare_is_not() -> None:
     """By the errors of a camera without dust as little of it as this explains next to nothing; by
     its own most is gone. A veil is the same in every body."""
     case = dusty()
-    found = elsewhere(case, begun(case, DustShadow()))
+    found = with_its_scatter(case, begun(case, DustShadow()))
     assert found is not None
     assert found.model is not None
     assert found.misfit > MISFIT
     assert found.off <= OFF
     assert left(found.effect) > 0.01
-    assert elsewhere(case, begun(case, VeilingGlare())) is None
+    assert with_its_scatter(case, begun(case, VeilingGlare())) is None
 
 
 def test_what_few_twins_make_less_of_is_not_settled() -> None:
@@ -119,7 +119,7 @@ def test_what_few_twins_make_less_of_is_not_settled() -> None:
     suspect = begun(case, VeilingGlare())
     own = refined(suspect.base, case.fit_seen, suspect.scenery, (suspect.effect,))
     assert own.misfit < SCATTERS * min(suspect.misfit, case.misfit)
-    assert elsewhere(case, suspect) is None
+    assert with_its_scatter(case, suspect) is None
 
 
 def test_a_converter_is_found_of_another_kind_and_strength_than_it_seems() -> None:
@@ -131,7 +131,7 @@ def test_a_converter_is_found_of_another_kind_and_strength_than_it_seems() -> No
     case = against_the_camera_without(true)
     seems = begun(case, AdcDnl(unit_mismatch=0.0, threshold_sigma_dn=0.05))
     assert case.bare.misfit > 1.0 / SCATTERS
-    found = elsewhere(case, seems)
+    found = with_its_scatter(case, seems)
     assert found is not None
     assert isinstance(found.effect, AdcDnl)
     assert found.effect.threshold_sigma_dn == 0.0
