@@ -13,7 +13,6 @@ from scenes.lamps import planck
 from scenes.spectra import lamp_spectrum, reflectances, response
 from sensor.catalogue import catalogue
 from sensor.colour_slopes import EFFECTIVE_NM, WIDTH_NM
-from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.effects.lamp_spectrum_error import LampSpectrumError
 from sensor.effects.spectral_response_error import SpectralResponseError
@@ -95,26 +94,6 @@ def test_three_colours_tell_what_shifted_filters_do_to_panels(
     left = np.square(truth - told).sum(axis=0) / np.square(truth).sum(axis=0)
     assert truth.std(axis=0).min() > 0.008
     assert left.max() < 0.25
-
-
-@pytest.mark.parametrize("phosphor", ["FL1", "FL3", "FL4"])
-def test_tilts_tell_most_of_what_another_phosphor_does_to_panels(phosphor: str) -> None:
-    """Of lamps of one kind, from daylight to warm white: with a tilt for each filter, which least
-    squares give, less than a fifth is left of the square of what panels gain by their colours."""
-    surfaces = np.array([one.at(NM) for one in reflectances("BabelColor Average")])
-    before, after = (
-        np.asarray((surfaces * lamp_spectrum(name).at(NM)) @ filters().T)
-        for name in ("FL2", phosphor)
-    )
-    truth = of_panels(after, before)
-    by_one = of_panels(seen(before, LampSpectrumError(shift_k=0.0, tilt_per_100nm=0.1)), before)
-    tilts = 0.1 * (truth * by_one).sum(axis=0) / np.square(by_one).sum(axis=0)
-    effect = LampSpectrumError(
-        shift_k=0.0, tilt_per_100nm=Colours(R=tilts[0], G=tilts[1], B=tilts[2])
-    )
-    told = of_panels(seen(before, effect), before)
-    assert truth[:, 1].std() > 0.05
-    assert np.square(truth - told).sum() < 0.2 * np.square(truth).sum()
 
 
 def test_a_lamp_is_one_with_a_filament_or_another() -> None:

@@ -37,11 +37,10 @@ class LampSpectrumError(Effect):
     Of a grey card green does not move, red and blue move against each other, log gains in the ratio
     of their differences of 1/wavelength from green. What is coloured reflects more at one end of a
     filter than at the other, and the lamp has changed by k per nm there: of a filter of variance v
-    and a reflectance whose logarithm has the slope s that is k v s. A lamp without a filament may
-    tilt within each filter by itself: k_c is larger by t_c / 100, t_c the tilt in 100 nm. The slope
-    is told by the next colours, less that of the whole scene, which the level of the lamp takes up.
-    It is a change of light: variance still equals mean in electrons, where white balance after the
-    converter scales the noise with the signal. Nothing happens in the dark.
+    and a reflectance whose logarithm has the slope s that is k v s. The slope is told by the next
+    colours, less that of the whole scene, which the level of the lamp takes up. It is a change of
+    light: variance still equals mean in electrons, where white balance after the converter scales
+    the noise with the signal. Nothing happens in the dark.
     """
 
     name: ClassVar[str] = "lamp_spectrum_error"
@@ -56,15 +55,6 @@ class LampSpectrumError(Effect):
         maximum=800.0,
         identity=0.0,
         doc="colour temperature of the lamp minus the nominal one",
-    )
-    tilt_per_100nm: float | Colours = parameter(
-        0.0,
-        unit="1",
-        minimum=-1.0,
-        maximum=1.0,
-        identity=0.0,
-        per_colour=True,
-        doc="how much more the logarithm of the spectrum rises within a filter in 100 nm",
     )
     nominal_k: float = parameter(
         2856.0,
@@ -103,10 +93,7 @@ class LampSpectrumError(Effect):
         per_nm = EFFECTIVE_NM.map(
             lambda nm: SECOND_RADIATION_CONSTANT_NM_K / (nm * nm) * cooler_per_k
         )
-        of_planck = per_nm.map(lambda k, width: k * width * width, WIDTH_NM)
-        tilts = Colours.of(self.tilt_per_100nm)
-        tilted = tilts.map(lambda tilt, width: tilt / 100.0 * width * width, WIDTH_NM)
-        return of_planck.map(lambda one, other: one + other, tilted)
+        return per_nm.map(lambda k, width: k * width * width, WIDTH_NM)
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         another = self.lamps != ALL and has_filament(signal.shot) != (self.lamps == WITH_FILAMENT)
