@@ -75,7 +75,7 @@ def conclude(setting: Setting, found: Trail) -> tuple[GapReport, Trail]:
     most = most_of_a_name(word, found)
     report = GapReport(
         verdict=word,
-        effects=_strongest_first(
+        effects=strongest_first(
             [
                 _named(choice, chance, found)
                 for choice, chance in zip(found.choices, chances, strict=True)
@@ -124,7 +124,7 @@ def _wanted(word: Verdict, found: Trail) -> str | None:
     return next_capture([name for names in confused for name in names]) if confused else None
 
 
-def _strongest_first(named: Sequence[Named], candidates: Sequence[Candidate]) -> tuple[Named, ...]:
+def strongest_first(named: Sequence[Named], candidates: Sequence[Candidate]) -> tuple[Named, ...]:
     """The names by their scores before any effect was added: one that was chosen anew beside a
     weaker one was added after it.
     """
