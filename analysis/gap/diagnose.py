@@ -17,7 +17,7 @@ from analysis.gap.calibrate.counting import (
     without_gains,
 )
 from analysis.gap.calibrate.darks import Darks, darks_by_light, darks_of
-from analysis.gap.calibrate.edges import with_edges
+from analysis.gap.calibrate.finer_light import with_finer_light
 from analysis.gap.calibrate.first_guess import first_guess
 from analysis.gap.calibrate.fit import Fit, around
 from analysis.gap.calibrate.hidden import with_even_spread
@@ -65,7 +65,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     by_light = darks_by_light(fit_half, scenery) if dark.quiet else None
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
-    best = with_edges(best, fit_half, scenery)
+    best = with_finer_light(best, fit_half, scenery)
     best = with_even_spread(best, dark, fit_half, scenery, effects)
     best = with_likelier_gains(best, fit_half, scenery, counting.gains)
     best = without_gains(best, fit_half, scenery)

@@ -255,21 +255,29 @@ def chi2_of_twins(space: Space, bodies: Observation) -> float:
 TWINS = 24
 """Bodies simulated around a model: their mean is what is expected, their spread the error."""
 
-TWICE = 8
-"""Of them that are looked at twice."""
+ONE_IN = 3
+"""Of so many bodies one is looked at twice."""
 
 OTHER_FRAMES = 1000
 """From the seed of a body to that of other frames of it."""
 
 
-def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
+def around(
+    base: Base, scenery: Scenery, effects: Sequence[Effect] = (), *, count: int = TWINS
+) -> Fit:
     """Everything around a model: twins, spreads, directions.
 
     What blocks have in common is told apart where effects make them have it. A clamp's noise is the
     base camera's own: beside it nulls were looked at without, and one of 43 had an ambient light
     of 0.7 e- of such offsets with.
+
+    Args:
+        base: the camera.
+        scenery: light and shots.
+        effects: what it has besides.
+        count: of the bodies that are simulated.
     """
-    alone = twins(scenery, base, seeds_of(TWINS), effects)
+    alone = twins(scenery, base, seeds_of(count), effects)
     plain = together(alone.values())
     variances = figure_variances(plain, scenery.light.known)
     other = moved_twins(base, scenery, some(alone, TURNED_SEEDS), effects)
@@ -278,12 +286,13 @@ def around(base: Base, scenery: Scenery, effects: Sequence[Effect] = ()) -> Fit:
     more = beyond(of_one, base, plain, in_common=bool(effects))
     picture = calibration(widened(of_one, more, plain), plain_ways)
     bodies = with_texture(plain, picture, scenery, fair(plain.groups))
+    twice = count // ONE_IN
     begun = (
         begun_twin(scenery, base, effects=effects, seed=seed + OTHER_FRAMES, body=seed)
-        for seed in seeds_of(TWICE)
+        for seed in seeds_of(twice)
     )
     again = with_texture(together(ahead(begun)), picture, scenery, fair(plain.groups))
-    once = dataclasses.replace(bodies, figures=bodies.figures[:TWICE], means=bodies.means[:TWICE])
+    once = dataclasses.replace(bodies, figures=bodies.figures[:twice], means=bodies.means[:twice])
     ways = directions(base, scenery, other.seen_by(lambda one: with_texture(one, picture, scenery)))
     variances = figure_variances(bodies, scenery.light.known)
     return Fit(

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.camera.blur import Blur
+from analysis.gap.camera.blur import Blur, Within
 from sensor.camera import Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
@@ -62,7 +62,7 @@ class Base:
             variances above are those before it.
         origin_dn: the code that it leaves alone, where combs tell it; else the mean black level.
         blur_px2: variance by which the picture is softer than its light, along each axis.
-        edges: whether that light has edges within its pixels; see `Blur`.
+        within: what that light is like within pixels; see `Blur`.
         level: electrons per unit of the light, by lamp, each per channel.
     """
 
@@ -82,7 +82,7 @@ class Base:
     white_balance: WhiteBalance | None
     origin_dn: float | None = None
     blur_px2: float
-    edges: bool = False
+    within: Within = "points"
     level: Mapping[str, Floats]
 
     def moved(self, name: str, channel: int | None, by: float) -> Base:
@@ -138,7 +138,7 @@ class Base:
     @property
     def blur(self) -> Blur:
         """How its light is softened."""
-        return Blur(variance_px2=self.blur_px2, edges=self.edges)
+        return Blur(variance_px2=self.blur_px2, within=self.within)
 
     @property
     def reference_dn(self) -> float:

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from analysis.gap.camera.light import Rate
+
+Within = Literal["points", "smooth", "edges"]
+"""What light is like within pixels: as if all of it came through their middles; without any detail
+that their means do not tell; or as even as one edge in each of them lets it be."""
 
 PARTS = 6
 """Of a pixel, in which light with edges is told. The chart, blurred by 0.6 px at four times the
@@ -21,12 +26,11 @@ class Blur:
 
     Attributes:
         variance_px2: along each axis.
-        edges: whether light is as even within pixels as one edge in each of them lets it be; else
-            it is as if all of it came through the middles of the pixels.
+        within: what the light is like within pixels.
     """
 
     variance_px2: float
-    edges: bool = False
+    within: Within = "points"
 
 
 def softened(rate: Rate, blur: Blur) -> Rate:
@@ -36,11 +40,32 @@ def softened(rate: Rate, blur: Blur) -> Rate:
     if blur.variance_px2 <= 0:
         return rate
     sigma_px = float(np.sqrt(blur.variance_px2))
-    if not blur.edges:
-        border = cv2.BORDER_REFLECT_101
-        return np.asarray(cv2.GaussianBlur(rate, (0, 0), sigma_px, borderType=border))
-    along_rows = _with_edges(rate, sigma_px)
-    return _with_edges(along_rows.swapaxes(0, 1), sigma_px).swapaxes(0, 1)
+    match blur.within:
+        case "points":
+            border = cv2.BORDER_REFLECT_101
+            return np.asarray(cv2.GaussianBlur(rate, (0, 0), sigma_px, borderType=border))
+        case "smooth":
+            return _smooth(rate, blur.variance_px2)
+        case "edges":
+            along_rows = _with_edges(rate, sigma_px)
+            return _with_edges(along_rows.swapaxes(0, 1), sigma_px).swapaxes(0, 1)
+
+
+def _smooth(rate: Rate, variance_px2: float) -> Rate:
+    """Means of pixels behind a blur of light whose waves are all longer than two pixels, so that
+    the means of pixels tell it (the sampling theorem): each wave, of w radians in a pixel, is left
+    with exp(-v w^2 / 2) of its amplitude. Light goes on beyond the borders as in a mirror.
+    """
+    from scipy import fft
+
+    height, width = rate.shape[:2]
+    left_of_rows, left_of_columns = (
+        np.exp(-variance_px2 / 2 * np.square(np.pi * np.arange(size) / size)).astype(rate.dtype)
+        for size in (height, width)
+    )
+    waves = fft.dctn(rate, axes=(0, 1)) * (left_of_rows[:, None] * left_of_columns)[..., None]
+    # between waves that end at two pixels an edge swings below the darkest light
+    return np.maximum(fft.idctn(waves, axes=(0, 1)), 0.0)
 
 
 def _with_edges(rate: Rate, sigma_px: float) -> Rate:
