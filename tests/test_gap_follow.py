@@ -9,8 +9,14 @@ from typing import Any
 import pytest
 
 from analysis.gap.measure.case import Candidate
-from analysis.gap.search.choice import Choice
-from analysis.gap.search.follow import DIFFER, _chosen_again, _done, _in_vain
+from analysis.gap.search.choice import TELLS_LITTLE, WEAK, Choice
+from analysis.gap.search.follow import (
+    DIFFER,
+    _chosen_again,
+    _done,
+    _in_vain,
+    _may_be_its_bodies,
+)
 from tests.candidates import candidate
 
 EXPECTED = 1000.0
@@ -184,3 +190,22 @@ def test_nothing_stands_out_where_bodies_differ_by_a_few_photosites() -> None:
     one.left.case = SimpleNamespace()
     with pytest.raises(TypeError, match="not iterable"):
         _done([one], base, asked)
+
+
+@pytest.mark.parametrize(
+    ("what", "chance", "gap", "score", "more"),
+    [
+        ("a weak name for hardly any gap", 0.01, -0.13, 57.0, True),
+        ("no name for hardly any gap", 0.01, 0.02, None, True),
+        ("chance leaves as much", 0.2, -0.13, 14.0, False),
+        ("a gap that tells", 0.01, 1.1 * TELLS_LITTLE, 57.0, False),
+        ("a name that bodies cannot make", 0.01, 0.02, 1.1 * WEAK[1], False),
+    ],
+)
+def test_more_bodies_are_simulated_before_little_is_called_something(
+    what: str, chance: float, gap: float, score: float | None, more: bool
+) -> None:
+    suspects = () if score is None else (candidate(FIRST, score),)
+    look: Any = SimpleNamespace(chance=chance, telling=suspects)
+    base: Any = SimpleNamespace(held=SimpleNamespace(total=gap))
+    assert _may_be_its_bodies(look, base) is more, what
