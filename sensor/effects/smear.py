@@ -35,7 +35,6 @@ class Smear(Effect):
     name: ClassVar[str] = "smear"
     stage: ClassVar[Stage] = Stage.TRANSFER
     position: ClassVar[int] = 10
-    product: ClassVar[bool] = True
     reference: ClassVar[str] = (
         "Teranishi and Ishihara, Smear reduction in the interline CCD image sensor, "
         "IEEE Trans. Electron Devices 34, 1987"
@@ -54,8 +53,9 @@ class Smear(Effect):
         unit="s",
         minimum=0.0,
         maximum=1.0,
-        identity=0.0,
-        doc="time to shift a whole frame out; 1/15 s at the camera's fastest rate",
+        stated=True,
+        doc="time to shift a whole frame out; 1/15 s at the camera's fastest rate. Frames show its "
+        "product with the leak alone",
     )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
