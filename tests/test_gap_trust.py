@@ -13,6 +13,7 @@ from analysis.gap.search.choice import Choice, choose
 from analysis.gap.verdict import caps, trust
 from sensor.catalogue import catalogue
 from sensor.effect import Effect
+from sensor.effects.crosstalk import Crosstalk
 from sensor.effects.specular_glare import SpecularGlare
 from sensor.effects.veiling_glare import VeilingGlare
 from tests.candidates import candidate
@@ -136,12 +137,17 @@ def test_a_later_name_that_is_a_fiftieth_of_the_first_closes_what_that_one_left_
         (SpecularGlare(sigma_px=7.0), 1.0),
         (SpecularGlare(sigma_px=6.9), caps.MOST_AGAINST),
         (VeilingGlare(), 1.0),
+        (Crosstalk(along_rows=0.6, to_corners=0.12), 1.0),
+        (Crosstalk(along_rows=0.69), caps.MOST_AGAINST),
+        (Crosstalk(along_rows=0.31), caps.MOST_AGAINST),
+        (Crosstalk(to_corners=0.25), caps.MOST_AGAINST),
     ],
 )
-def test_a_patch_of_light_that_is_as_wide_as_the_picture_or_as_a_grain_is_no_patch(
+def test_a_patch_or_a_crosstalk_of_an_unlikely_shape_is_doubted(
     effect: Effect, most: float
 ) -> None:
-    """Of 120 rows 0.45 are 54."""
+    """Of 120 rows 0.45 are 54: a patch is as wide as the picture, or as narrow as a grain. Charge
+    spreads to all sides, and to corners a third as much at most."""
     body = Body(height=120, width=160, pixels="rgb8", bits=8, cfa="RGGB", name="one")
     assert caps.most_of_a_shape(effect, body) == most
 

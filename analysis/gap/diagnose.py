@@ -65,7 +65,7 @@ def calibrated(setting: Setting, nominal: Camera | None) -> Fit:
     by_light = darks_by_light(fit_half, scenery) if dark.quiet else None
     if by_light is not None:
         best = min(best, fitted(by_light), key=lambda one: one.deviance)
-    best = with_finer_light(best, fit_half, scenery)
+    best = with_finer_light(best, fit_half, scenery, setting.capture.frames)
     best = with_even_spread(best, dark, fit_half, scenery, effects)
     best = with_likelier_gains(best, fit_half, scenery, counting.gains)
     best = without_gains(best, fit_half, scenery)

@@ -59,8 +59,9 @@ class Crosstalk(Effect):
         0.0,
         unit="1",
         minimum=0.0,
-        maximum=1.0,
-        doc="part that goes to the four at the corners",
+        maximum=0.25,
+        doc="part that goes to the four at the corners: a third of what a side gets at most, as a "
+        "corner is farther away",
     )
 
     deeper_in_red: float = parameter(

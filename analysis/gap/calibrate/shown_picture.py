@@ -1,0 +1,183 @@
+"""What light is like within pixels, as one picture shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from analysis.gap.camera.blur import Blur, Within, softened
+from analysis.gap.camera.light import Light, Rate, lamp_of
+from analysis.gap.look.lattices import Lattice
+from sensor.frames import Frames
+
+Floats = NDArray[np.float64]
+
+LARGEST_PX = (240, 320)
+"""Rows and columns in the middle of a picture that are looked at: they tell by hundreds."""
+
+FRAMES = 32
+"""That a picture is the mean of, at most."""
+
+CLEAR = 0.9
+"""Part of the range up to which a sample tells how bright it is."""
+
+LEAST_CLEAR = 0.97
+"""Part of a picture that has to be so."""
+
+SIGMAS_PX = (0.1, 2.0)
+"""Blurs among which the likeliest is looked for, as standard deviations."""
+
+CLOSE_PX = 0.01
+"""Standard deviation to which it is found."""
+
+MOST_EVEN = 0.6
+FEWEST_EVEN = 0.9
+"""Parts of the samples, by how steep the picture is, up to which they are even, and from which they
+lie at edges."""
+
+MOST_SIGMAS = 5.0
+"""By which a sample counts at most: hot ones are beside the point."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """A picture and the light that made it.
+
+    Attributes:
+        dn: samples of each lattice, (h, w).
+        rate: light of its colour, (H, W) each.
+        lattices: where samples were measured.
+        top_dn: up to which they tell how bright it is.
+    """
+
+    dn: tuple[Floats, ...]
+    rate: Rate
+    lattices: tuple[Lattice, ...]
+    top_dn: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Likeliest:
+    """The likeliest blur over light of one kind.
+
+    Attributes:
+        blur: which.
+        log_likelihood: of the picture, up to a constant.
+        at_edges: mean square of what is left there, in standard deviations of what is left where
+            the picture is even: 1 where the light is right.
+    """
+
+    blur: Blur
+    log_likelihood: float
+    at_edges: float
+
+
+def picture_of(
+    frames: Sequence[Frames], light: Light, lattices: Sequence[Lattice]
+) -> Picture | None:
+    """The brightest picture that is not clipped; None where all are.
+
+    Args:
+        frames: of all shots.
+        light: that is known.
+        lattices: where samples were measured.
+    """
+    best: tuple[float, NDArray[np.float32], Frames] | None = None
+    for one in frames:
+        if one.shot.dark or lamp_of(one.shot) not in light.falls:
+            continue
+        mean = np.asarray(one.dn[:FRAMES]).mean(axis=0, dtype=np.float32)
+        bright = float(mean.mean())
+        if (mean < CLEAR * one.top_dn).mean() > LEAST_CLEAR and (best is None or bright > best[0]):
+            best = bright, mean, one
+    if best is None:
+        return None
+    _, mean, shown = best
+    rate = light.falls[lamp_of(shown.shot)]
+    middle = _middle(mean.shape[0], mean.shape[1])
+    return Picture(
+        dn=tuple(one.of(mean[middle][None])[0].astype(np.float64) for one in lattices),
+        rate=rate[middle],
+        lattices=tuple(lattices),
+        top_dn=CLEAR * shown.top_dn,
+    )
+
+
+def _middle(height: int, width: int) -> tuple[slice, slice]:
+    """The middle of a picture, in the phase of its mosaic."""
+    (rows, down), (columns, across) = (
+        (min(size, most), max(0, size - most) // 4 * 2)
+        for size, most in zip((height, width), LARGEST_PX, strict=True)
+    )
+    return slice(down, down + rows), slice(across, across + columns)
+
+
+def likeliest(picture: Picture, within: Within) -> Likeliest:
+    """The likeliest blur over light of one kind.
+
+    Args:
+        picture: what is shown.
+        within: what the light is like within pixels.
+    """
+
+    def unlikely(sigma_px: float) -> float:
+        blur = Blur(variance_px2=sigma_px**2, within=within)
+        return sum(
+            len(left) / 2 * float(np.log(left @ left / len(left)))
+            for left, *_ in _left(picture, softened(picture.rate, blur))
+        )
+
+    found = optimize.minimize_scalar(
+        unlikely, bounds=SIGMAS_PX, method="bounded", options={"xatol": CLOSE_PX}
+    )
+    blur = Blur(variance_px2=float(found.x) ** 2, within=within)
+    return Likeliest(
+        blur=blur,
+        log_likelihood=-float(found.fun),
+        at_edges=_at_edges(picture, softened(picture.rate, blur)),
+    )
+
+
+def _left(picture: Picture, soft: Rate) -> Iterator[tuple[Floats, Floats, Floats]]:
+    """What the light leaves of each lattice under a smooth shading, how bright that makes it, and
+    how steep it is there, (samples,) each.
+    """
+    for lattice, dn in zip(picture.lattices, picture.dn, strict=True):
+        plane = soft[..., "RGB".find(lattice.channel) if lattice.channel in "RGB" else 1]
+        light, steep = (lattice.of(one[None])[0].ravel() for one in (plane, _steepness(plane)))
+        y, x = (
+            one.ravel() for one in np.mgrid[-1 : 1 : dn.shape[0] * 1j, -1 : 1 : dn.shape[1] * 1j]
+        )
+        clear = dn.ravel() < picture.top_dn
+        shades = (np.ones_like(x), x, y, x * x, x * y, y * y)
+        columns = np.stack([*(shade * light for shade in shades), np.ones_like(x)], axis=1)[clear]
+        amounts, *_ = np.linalg.lstsq(columns, dn.ravel()[clear], rcond=None)
+        expected = columns @ amounts
+        yield dn.ravel()[clear] - expected, expected - amounts[-1], steep[clear]
+
+
+def _steepness(plane: Rate) -> Rate:
+    down, across = np.gradient(plane)
+    return np.asarray(np.hypot(down, across))
+
+
+def _at_edges(picture: Picture, soft: Rate) -> float:
+    """Mean square of what is left at edges over that where the picture is even, each in standard
+    deviations of noise whose variance is a square of the brightness there.
+    """
+    at_edges, elsewhere = [], []
+    for left, bright, steep in _left(picture, soft):
+        even = steep < np.quantile(steep, MOST_EVEN)
+        powers = np.stack([np.ones_like(bright), np.maximum(bright, 0), np.square(bright)], axis=1)
+        scale = powers.max(axis=0)
+        parts, _ = optimize.nnls(powers[even] / scale, np.square(left[even]))
+        variance = (powers / scale) @ parts
+        z2 = np.minimum(np.square(left) / np.maximum(variance, 1e-12), MOST_SIGMAS**2)
+        edges = steep > np.quantile(steep, FEWEST_EVEN)
+        at_edges.append(z2[edges])
+        elsewhere.append(z2[~edges])
+    return float(np.concatenate(at_edges).mean() / np.concatenate(elsewhere).mean())
