@@ -120,7 +120,7 @@ def test_a_spread_of_dark_current_that_was_lost_begins_anew() -> None:
 @pytest.mark.parametrize("told", [None, {"depth": 0.01}])
 @pytest.mark.parametrize(
     ("ends", "begun", "others"),
-    [((), ["led astray", "before"], 1), (("before",), ["led astray", "before"], 0),
+    [((), ["led astray", "before", "smooth"], 1), (("before",), ["led astray", "before"], 0),
      (("led astray",), ["led astray"], 0)],
 )  # fmt: skip
 def test_what_leaves_something_is_calibrated_from_the_camera_before_it_as_well(
@@ -131,16 +131,19 @@ def test_what_leaves_something_is_calibrated_from_the_camera_before_it_as_well(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A flicker noise ended beside a fixed pattern that its pursuit had made too small, and from
-    the camera without it to one that leaves a third. Of what frames tell no other choice is made.
+    the camera without it to one that leaves a third. What is wrong at edges hides what light is
+    like within pixels. Of what frames tell no other choice is made.
     """
     seen: list[str] = []
     chosen: list[str] = []
 
     monkeypatch.setattr(confirm, "lost_its_spread", lambda base, scenery: False)
+    monkeypatch.setattr(confirm, "under_other_light", lambda base, light: ["smooth"])
 
     def step(base: str) -> Any:
         left = SimpleNamespace(held=SimpleNamespace(total=0.1))
-        model = SimpleNamespace(base=base, effects=(DustShadow(),), scenery=None)
+        scenery = SimpleNamespace(light=None)
+        model = SimpleNamespace(base=base, effects=(DustShadow(),), scenery=scenery)
         return SimpleNamespace(ends=base in ends and bool(seen), left=left, model=model)
 
     def calibrated(setting: Any, found: Any, effects: Any, base: str) -> Any:

@@ -13,7 +13,7 @@ from typing import get_args
 
 import numpy as np
 
-from analysis.gap.calibrate.refine import WORTH_A_STEP, Refined, further, refined
+from analysis.gap.calibrate.refine import Refined, further, refined
 from analysis.gap.calibrate.shown_picture import likeliest, picture_of
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.blur import Within, softened
@@ -21,6 +21,8 @@ from analysis.gap.camera.light import Light
 from analysis.gap.camera.twin import Scenery
 from analysis.gap.look.observation import Observation
 from sensor.frames import Frames
+
+KINDS: tuple[Within, ...] = get_args(Within)
 
 LEAST_BLUR_PX2 = 0.02
 """Blur from which finer light is looked for: less moves no light from one pixel to the next."""
@@ -38,8 +40,7 @@ def with_finer_light(
     found: Refined, seen: Observation, scenery: Scenery, frames: Sequence[Frames]
 ) -> Refined:
     """The camera under light that is smooth or has edges within pixels, if the brightest picture is
-    likelier so; else the same. Where something else is wrong at its edges twins have to say so too,
-    by as much as a step of a calibration is worth.
+    likelier so, and nothing else is wrong at its edges; else the same.
 
     Args:
         found: a camera against the frames.
@@ -48,27 +49,41 @@ def with_finer_light(
         frames: of all shots.
     """
     light, base = scenery.light, found.base
-    told = light.known and not light.drawn and base.blur_px2 >= LEAST_BLUR_PX2
-    if not told or base.within != "points" or not _matters(light, base):
+    picture = (
+        picture_of(frames, light, scenery.view.lattices) if _may_be_finer(light, base) else None
+    )
+    if base.within != "points" or picture is None:
         return found
-    picture = picture_of(frames, light, scenery.view.lattices)
-    if picture is None:
-        return found
-    kinds: tuple[Within, ...] = get_args(Within)
-    best = max((likeliest(picture, within) for within in kinds), key=lambda one: one.log_likelihood)
-    if best.blur.within == base.within or best.blur.variance_px2 < LEAST_BLUR_PX2:
+    best = max((likeliest(picture, within) for within in KINDS), key=lambda one: one.log_likelihood)
+    narrow = best.blur.variance_px2 < LEAST_BLUR_PX2
+    if best.blur.within == base.within or narrow or best.at_edges > CLEAN:
         return found
     other = dataclasses.replace(base, within=best.blur.within, blur_px2=best.blur.variance_px2)
-    under_it = further(refined(other, seen, scenery, found.effects), seen, scenery)
-    likelier = under_it.deviance < found.deviance - WORTH_A_STEP
-    return under_it if best.at_edges < CLEAN or likelier else found
+    return further(refined(other, seen, scenery, found.effects), seen, scenery)
 
 
-def _matters(light: Light, base: Base) -> bool:
-    """Whether the picture of a lamp is another one under finer light, in its middle colour."""
+def under_other_light(base: Base, light: Light) -> list[Base]:
+    """The camera under light of the other kinds, where that makes a difference.
+
+    Args:
+        base: the camera.
+        light: that is stated.
+    """
+    if not _may_be_finer(light, base):
+        return []
+    others = (within for within in KINDS if within != base.within)
+    return [dataclasses.replace(base, within=within) for within in others]
+
+
+def _may_be_finer(light: Light, base: Base) -> bool:
+    """Whether it is known what light falls on pixels, and the picture of a lamp, in its middle
+    colour, is another one under light that is finer within them.
+    """
+    if not light.known or light.drawn or base.blur_px2 < LEAST_BLUR_PX2:
+        return False
     picture = next(iter(light.falls.values()))[..., 1:2]
     points, *others = (
         softened(picture, dataclasses.replace(base.blur, within=within)).reshape(picture.shape)
-        for within in get_args(Within)
+        for within in KINDS
     )
     return any(np.abs(points - one).max() > NOTHING * picture.max() for one in others)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 
+from analysis.gap.calibrate.finer_light import under_other_light
 from analysis.gap.calibrate.fit import Fit
 from analysis.gap.calibrate.hidden import lost_its_spread, part_of_the_offsets
 from analysis.gap.calibrate.refine import FITS_MISFIT, as_shown, refine, refined
@@ -79,7 +80,7 @@ def with_it(setting: Setting, model: Fit, now: Measured, choice: Choice, watch: 
 
 def _beginnings(step: Step, model: Fit) -> Iterator[Base]:
     """Where calibration with a suspect begins: a pursuit may have led the camera astray, and the
-    one before it not.
+    one before it not. And what is wrong at edges hides what light is like within pixels.
 
     Args:
         step: with the suspect.
@@ -90,6 +91,7 @@ def _beginnings(step: Step, model: Fit) -> Iterator[Base]:
     yield model.base
     if lost_its_spread(found, scenery):
         yield part_of_the_offsets(dataclasses.replace(found, dark_uneven=0.0), scenery)
+    yield from under_other_light(found, scenery.light)
 
 
 def _with_other_choices(setting: Setting, step: Step) -> Step:
