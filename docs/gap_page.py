@@ -31,6 +31,7 @@ from analysis.gap.search.choice import (
 )
 from analysis.gap.search.closing import LARGE, LEAST_PART
 from analysis.gap.search.follow import ASTRAY_MISFIT, MOST_EFFECTS
+from analysis.gap.search.follow import MORE_TWINS
 from analysis.gap.search.later import (
     LEADS,
     LEAST_OF_A_LATER,
@@ -76,6 +77,8 @@ FIGURES = {
     "MODEL_ERROR": f"{100 * MODEL_ERROR:g} %",
     "MOST_Z": f"{1 / MODEL_ERROR:g}",
     "TWINS": f"{TWINS}",
+    "MORE_TWINS": f"{MORE_TWINS}",
+    "CLEAR": f"{WEAK[1]:g}",
     "FREEDOM_OF_TWINS": f"{TWINS - 1 + PRIOR_FREEDOM:g}",
     "LARGE": f"{LARGE:g}",
     "LEAST_PART": f"{LEAST_PART:g}",
