@@ -30,8 +30,7 @@ from analysis.gap.search.choice import (
     WEAK,
 )
 from analysis.gap.search.closing import LARGE, LEAST_PART
-from analysis.gap.search.follow import ASTRAY_MISFIT, MOST_EFFECTS
-from analysis.gap.search.follow import MORE_TWINS
+from analysis.gap.search.follow import ASTRAY_MISFIT, MORE_TWINS, MOST_EFFECTS
 from analysis.gap.search.later import (
     LEADS,
     LEAST_OF_A_LATER,
@@ -52,6 +51,7 @@ from analysis.gap.verdict.caps import (
     MOST_IN_PART,
     NEARLY_ALL,
     OF_ROWS,
+    ONE_SIDED,
     WIDEST_PATCH,
 )
 from analysis.gap.verdict.strength import OF_A_SEARCH
@@ -78,7 +78,7 @@ FIGURES = {
     "MOST_Z": f"{1 / MODEL_ERROR:g}",
     "TWINS": f"{TWINS}",
     "MORE_TWINS": f"{MORE_TWINS}",
-    "CLEAR": f"{WEAK[1]:g}",
+    "ONE_SIDED": f"{ONE_SIDED:g}",
     "FREEDOM_OF_TWINS": f"{TWINS - 1 + PRIOR_FREEDOM:g}",
     "LARGE": f"{LARGE:g}",
     "LEAST_PART": f"{LEAST_PART:g}",
