@@ -23,6 +23,7 @@ from analysis.gap.look.observation import Observation
 from sensor.frames import Frames
 
 KINDS: tuple[Within, ...] = get_args(Within)
+"""Points first."""
 
 LEAST_BLUR_PX2 = 0.02
 """Blur from which finer light is looked for: less moves no light from one pixel to the next."""
@@ -30,10 +31,14 @@ LEAST_BLUR_PX2 = 0.02
 NOTHING = 0.002
 """Part of the brightest rate that finer light changes at most where it makes no difference."""
 
+CLEARLY = 10.0
+"""By which natural logarithm a picture has to be likelier: dim ones hardly tell. Of bright ones it
+was 58 or more, see docs/decisions/edges-lie-somewhere-in-a-pixel.md."""
+
 CLEAN = 1.35
-"""Mean square at edges, beside that elsewhere, up to which a picture shows its light alone. Of two
-engineers' cameras without a fault in the picture it was 1.13 to 1.22, of our own 0.83 to 1.04; of
-those with another lens, a sharpening or another codec 1.9 to 7.7."""
+"""Mean square at edges, beside that elsewhere, up to which a picture shows its light alone. Of
+another engineer's cameras whose picture nothing was wrong with it was 1.13 to 1.22, of our own 0.83
+to 1.04; of those with another lens, a sharpening or colours for two pixels 1.9 to 7.7."""
 
 
 def with_finer_light(
@@ -54,9 +59,11 @@ def with_finer_light(
     )
     if base.within != "points" or picture is None:
         return found
-    best = max((likeliest(picture, within) for within in KINDS), key=lambda one: one.log_likelihood)
+    points, *finer = (likeliest(picture, within) for within in KINDS)
+    best = max(finer, key=lambda one: one.log_likelihood)
+    likelier = best.log_likelihood > points.log_likelihood + CLEARLY
     narrow = best.blur.variance_px2 < LEAST_BLUR_PX2
-    if best.blur.within == base.within or narrow or best.at_edges > CLEAN:
+    if not likelier or narrow or best.at_edges > CLEAN:
         return found
     other = dataclasses.replace(base, within=best.blur.within, blur_px2=best.blur.variance_px2)
     return further(refined(other, seen, scenery, found.effects), seen, scenery)
