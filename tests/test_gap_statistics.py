@@ -228,6 +228,24 @@ def test_a_wave_along_the_read_out_tells_its_period(period: float) -> None:
     assert found["jitter_cycles"] == 0
 
 
+@pytest.mark.parametrize("walk", [0.0, 0.02, 0.08])
+def test_a_wave_that_runs_freely_tells_its_walk(walk: float) -> None:
+    """Of eight shots of 16 frames some hundred steps are known to a tenth; none is none."""
+    rng = np.random.default_rng(26)
+    count = np.arange(HEIGHT * WIDTH).reshape(HEIGHT, WIDTH)
+    grey = (Lattice(name="Y", channel="Y", dy=0, dx=0, step=1),)
+    stacks = []
+    for label in "abcdefgh":
+        phase = np.cumsum(walk * rng.standard_normal(16)) + 0.21 * np.arange(16)
+        bars = 4.0 * np.sin(2 * np.pi * (count / 7.11 + phase[:, None, None]))
+        dn = np.round(100 + rng.normal(0, SIGMA, (16, HEIGHT, WIDTH)) + bars).astype(np.uint8)
+        shot = Shot(label=label, light=("lamp",), exposure_s=0.01, frames=16)
+        stacks.append(Frames(dn=dn, shot=shot, pixels="mono8", bits=8))
+    found = {name: float(value) for name, value in wave(stacks, grey).items()}
+    assert found["walk_cycles"] == pytest.approx(walk, rel=0.3, abs=1e-9)
+    assert found["jitter_cycles"] == 0
+
+
 def test_a_wave_that_lines_turn_tells_their_blanking() -> None:
     """A sinusoid half as strong as the noise, of 0.1497 cycles a pixel and 0.0631 a row and any
     phase in each frame: both are found to a tenth of the resolution of a frame."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import drjit as dr
 import numpy as np
+from numpy.typing import NDArray
 
 from sensor.effect import Effect, Stage, parameter
 from sensor.signal import Signal
@@ -18,14 +20,15 @@ from sensor.stream import Stream
 class Interference(Effect):
     """A clock or a switching supply couples into the video line: bars that wander over the frame.
 
-        e(k, y, x) += A sin(2 pi ((y (W + B) + x) / P + k d + j u_k + phi))
+        e(k, y, x) += A sin(2 pi ((y (W + B) + x) / P + k d + j u_k + w (n_1 + ... + n_k) + phi))
 
     y (W + B) + x counts pixels in the order they are read, and B those that pass while a line is
     blanked; P is the period on that count and d the part of a cycle by which the pattern moves
     between frames. phi is uniform, once for the shot; u_k is uniform in each frame, for a source
-    that does not keep time (j = 1) rather than one that does (j = 0). Adds A^2 / 2 to the temporal
-    variance, all of it at one frequency: the power of the read-out series at 1 / P is A^2 N / 4 for
-    N pixels, where independent noise of the same variance has A^2 / 2.
+    that does not keep time (j = 1) rather than one that does (j = 0), and n_k is standard normal,
+    for one that runs freely: the phases of frames m apart then agree by exp(-2 pi^2 w^2 m). Adds
+    A^2 / 2 to the temporal variance, all of it at one frequency: the power of the read-out series
+    at 1 / P is A^2 N / 4 for N pixels, where independent noise of the same variance has A^2 / 2.
     """
 
     name: ClassVar[str] = "interference"
@@ -74,6 +77,13 @@ class Interference(Effect):
         starts=(0.0, 1.0),
         doc="width of what is random about the phase of a frame; 1 is any phase",
     )
+    walk_cycles: float = parameter(
+        0.0,
+        unit="cycles",
+        minimum=0.0,
+        maximum=0.5,
+        doc="standard deviation of a step that the phase makes besides from frame to frame",
+    )
 
     def apply(self, signal: Signal, stream: Stream) -> Signal:
         height, width = signal.shape[1:3]
@@ -87,5 +97,13 @@ class Interference(Effect):
         start = stream.whole_shot.uniform(1, 1)
         if self.jitter_cycles > 0:
             start = start + self.jitter_cycles * stream.uniform(1, 1, use="jitter")
+        if self.walk_cycles > 0:
+            start = start + tensor(self._walked(stream)[:, None, None])
         wave = dr.sin(2.0 * math.pi * (columns + rows + (frames + start)))
         return signal.replace(signal.value + signal.by_colour(self.amplitude_e) * wave)
+
+    def _walked(self, stream: Stream) -> NDArray[np.float64]:
+        """How far the phase has walked in each frame, in cycles less whole ones, (F,)."""
+        from_the_first = dataclasses.replace(stream, frames=range(stream.frames.stop))
+        steps = np.asarray(from_the_first.normal(1, use="walk").numpy(), dtype=np.float64).ravel()
+        return self.walk_cycles * np.cumsum(steps)[stream.frames.start :] % 1.0

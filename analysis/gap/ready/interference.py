@@ -21,6 +21,7 @@ from sensor.frames import Frames
 
 Floats = NDArray[np.float64]
 Images = NDArray[np.float32]
+Phasors = NDArray[np.complex128]
 
 FINER = 9
 """Places that are tried between two points of a spectrum, along each axis; twice over."""
@@ -31,9 +32,21 @@ SLIP = 0.05
 KEEPS_TIME = 0.5
 """Length of the mean step of the phase from frame to frame, as a phasor, of a source that does."""
 
+LAGS = (6, 2)
+"""Frames after which it is looked for how much of a phase is left, most first."""
+
+LEAST_AGREEMENT = 0.3
+"""Of phasors that far apart, so that they tell a walk."""
+
+LEAST_WALK = 0.01
+"""Cycles of a walk that is told from none: it costs a hundredth of the agreement in five frames."""
+
+NO_WAVE = 1e-12
+"""Of phasors that are none: a shot of one frame has no steps."""
+
 
 def wave(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> Hints:
-    """Period, blanking, drift and jitter of the strongest wave in the noise.
+    """Period, blanking, drift, jitter and walk of the strongest wave in the noise.
 
     Args:
         stacks: frames of the shots.
@@ -46,15 +59,17 @@ def wave(stacks: Sequence[Frames], lattices: tuple[Lattice, ...]) -> Hints:
     slip = (down - across * width + 0.5) % 1.0 - 0.5
     if power > of_read_out and abs(slip) > SLIP:
         period, blanking = 1.0 / across, (slip % 1.0) / across
-        steps = _steps(noise, down, across)
+        phasors = _phasors(noise, down, across)
     else:
-        steps = _steps(noise, width / period, 1.0 / period)
-    keeps = abs(steps.sum()) > KEEPS_TIME * np.abs(steps).sum()
+        phasors = _phasors(noise, width / period, 1.0 / period)
+    steps = _steps(phasors, 1)
+    keeps = _agreement(steps) > KEEPS_TIME
     return {
         "period_px": period,
         "blanking_px": blanking,
         "drift_cycles_per_frame": float(np.angle(steps.sum()) / (2 * np.pi)) if keeps else 0.0,
         "jitter_cycles": 0.0 if keeps else 1.0,
+        "walk_cycles": _walk(phasors) if keeps else 0.0,
     }
 
 
@@ -91,7 +106,7 @@ def _between_rows_and_columns(noise: Sequence[Images]) -> tuple[float, float, fl
     return down, across, most
 
 
-def _at(noise: Images, down: Floats, across: Floats) -> NDArray[np.complex128]:
+def _at(noise: Images, down: Floats, across: Floats) -> Phasors:
     """Fourier sums of frames (n, H, W) at frequencies: (n, down, across)."""
     _, height, width = noise.shape
     of_rows = np.exp(-2j * np.pi * np.outer(down, np.arange(height)))
@@ -99,10 +114,33 @@ def _at(noise: Images, down: Floats, across: Floats) -> NDArray[np.complex128]:
     return np.asarray(of_rows @ (noise @ of_columns))
 
 
-def _steps(noise: Sequence[Images], down: float, across: float) -> NDArray[np.complex128]:
-    """Products of each frame's phasor with the one before, over all shots."""
-    phasors = [_at(one, np.array([down]), np.array([across]))[:, 0, 0] for one in noise]
-    return np.concatenate([one[1:] * np.conj(one[:-1]) for one in phasors])
+def _phasors(noise: Sequence[Images], down: float, across: float) -> list[Phasors]:
+    """What each frame has of a wave, one array a shot."""
+    return [_at(one, np.array([down]), np.array([across]))[:, 0, 0] for one in noise]
+
+
+def _steps(phasors: Sequence[Phasors], lag: int) -> Phasors:
+    """Products of each frame's phasor with the one so many frames before, over all shots."""
+    return np.concatenate([one[lag:] * np.conj(one[:-lag]) for one in phasors])
+
+
+def _agreement(steps: Phasors) -> float:
+    """Length of the mean of phasors, as a part of theirs: 1 where all have one phase."""
+    return float(abs(steps.sum()) / max(float(np.abs(steps).sum()), NO_WAVE))
+
+
+def _walk(phasors: Sequence[Phasors]) -> float:
+    """Standard deviation of what the phase walks from frame to frame, in cycles: noise of phasors
+    costs agreement at any lag, and a walk of w cycles a factor of exp(-2 pi^2 w^2) with each frame.
+    """
+    next_one = _agreement(_steps(phasors, 1))
+    for lag in LAGS:
+        later = _agreement(_steps(phasors, lag))
+        if later > LEAST_AGREEMENT:
+            lost = max(float(np.log(next_one / later)), 0.0) / (lag - 1)
+            walk = float(np.sqrt(lost / 2) / np.pi)
+            return walk if walk > LEAST_WALK else 0.0
+    return 0.0
 
 
 def _between(power: Floats, peak: int) -> float:
