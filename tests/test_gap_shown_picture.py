@@ -89,6 +89,24 @@ def test_a_picture_that_lies_elsewhere_shows_at_edges() -> None:
     assert best_of(picture(rate, pixels(moved))).at_edges > CLEAN
 
 
+@pytest.mark.parametrize("within", get_args(Within))
+@pytest.mark.parametrize("lit_rows", [0, 12, HEIGHT])
+def test_pictures_without_noise_or_for_the_most_part_without_light_say_something_finite(
+    within: Within, lit_rows: int
+) -> None:
+    rate = pixels(patches(0.8))
+    rate[lit_rows:] = 0.0
+    dark = Picture(
+        dn=tuple(np.full((52, 72), 3.0) for _ in LATTICES),
+        rate=rate,
+        lattices=LATTICES,
+        top_dn=CLEAR * TOP_DN,
+    )
+    for shown in (dark, picture(rate, rate)):
+        found = likeliest(shown, within)
+        assert np.isfinite([found.log_likelihood, found.at_edges, found.blur.variance_px2]).all()
+
+
 def test_the_brightest_clear_picture_is_taken_in_the_phase_of_its_mosaic() -> None:
     height, width = LARGEST_PX[0] + 10, LARGEST_PX[1] + 6
     levels = {"dark": 3, "dim": 40, "bright": 180, "white": 255}

@@ -39,6 +39,9 @@ FEWEST_EVEN = 0.9
 """Parts of the samples, by how steep the picture is, up to which they are even, and from which they
 lie at edges."""
 
+LEAST_DN2 = 1e-9
+"""Variance of what is left of a picture without any noise, for logarithms and quotients of it."""
+
 MOST_SIGMAS = 5.0
 """By which a sample counts at most: hot ones are beside the point."""
 
@@ -127,7 +130,7 @@ def likeliest(picture: Picture, within: Within) -> Likeliest:
     def unlikely(sigma_px: float) -> float:
         blur = Blur(variance_px2=sigma_px**2, within=within)
         return sum(
-            len(left) / 2 * float(np.log(left @ left / len(left)))
+            len(left) / 2 * float(np.log(max(float(np.square(left).mean()), LEAST_DN2)))
             for left, *_ in _left(picture, softened(picture.rate, blur))
         )
 
@@ -171,13 +174,14 @@ def _at_edges(picture: Picture, soft: Rate) -> float:
     """
     at_edges, elsewhere = [], []
     for left, bright, steep in _left(picture, soft):
-        even = steep < np.quantile(steep, MOST_EVEN)
+        # of a picture that is dark for the most part more samples are as even as can be
+        even, no_edge = (steep <= np.quantile(steep, part) for part in (MOST_EVEN, FEWEST_EVEN))
         powers = np.stack([np.ones_like(bright), np.maximum(bright, 0), np.square(bright)], axis=1)
-        scale = powers.max(axis=0)
-        parts, _ = optimize.nnls(powers[even] / scale, np.square(left[even]))
-        variance = (powers / scale) @ parts
-        z2 = np.minimum(np.square(left) / np.maximum(variance, 1e-12), MOST_SIGMAS**2)
-        edges = steep > np.quantile(steep, FEWEST_EVEN)
-        at_edges.append(z2[edges])
-        elsewhere.append(z2[~edges])
-    return float(np.concatenate(at_edges).mean() / np.concatenate(elsewhere).mean())
+        powers /= np.maximum(powers.max(axis=0), LEAST_DN2)
+        parts, _ = optimize.nnls(powers[even], np.square(left[even]))
+        variance = np.maximum(powers @ parts, LEAST_DN2)
+        z2 = np.minimum(np.square(left) / variance, MOST_SIGMAS**2)
+        at_edges.append(z2[~no_edge])
+        elsewhere.append(z2[no_edge])
+    of_edges, of_others = np.concatenate(at_edges), np.concatenate(elsewhere)
+    return float(of_edges.mean() / max(of_others.mean(), LEAST_DN2)) if of_edges.size else 1.0
