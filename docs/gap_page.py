@@ -29,7 +29,7 @@ from analysis.gap.search.choice import (
     TEMPER,
     WEAK,
 )
-from analysis.gap.search.closing import LARGE, LEAST_PART
+from analysis.gap.search.closing import HARDLY_CHANCE, LARGE, LEAST_PART
 from analysis.gap.search.follow import ASTRAY_MISFIT, MORE_TWINS, MOST_EFFECTS
 from analysis.gap.search.later import (
     LEADS,
@@ -55,7 +55,14 @@ from analysis.gap.verdict.caps import (
     WIDEST_PATCH,
 )
 from analysis.gap.verdict.strength import OF_A_SEARCH
-from analysis.gap.verdict.trust import DOUBT, IN_PAIR, LATER, LIKELIER, OF_ONE_THAT_STANDS_OUT
+from analysis.gap.verdict.trust import (
+    DOUBT,
+    IN_PAIR,
+    LATER,
+    LIKELIER,
+    OF_ONE_THAT_STANDS_OUT,
+    SMALL,
+)
 from analysis.gap_bench.count import lines
 from analysis.gap_bench.page import confusions, limits_table, probabilities, table
 from analysis.gap_bench.run import Place
@@ -79,6 +86,8 @@ FIGURES = {
     "TWINS": f"{TWINS}",
     "MORE_TWINS": f"{MORE_TWINS}",
     "ONE_SIDED": f"{ONE_SIDED:g}",
+    "SMALL": f"{SMALL:g}",
+    "HARDLY_CHANCE": f"{HARDLY_CHANCE:g}",
     "FREEDOM_OF_TWINS": f"{TWINS - 1 + PRIOR_FREEDOM:g}",
     "LARGE": f"{LARGE:g}",
     "LEAST_PART": f"{LEAST_PART:g}",

@@ -319,7 +319,9 @@ def test_what_little_is_closed_names_nobody() -> None:
         ("partly explained", 0.05, 1e-5, 1, trust.DOUBT),
         ("partly explained", 0.05, 1e-5, 2, trust.DOUBT),
         ("partly explained", 0.05, 0.02, 1, trust.LATER),
-        ("partly explained", 5.0, 1e-5, 1, 1.0),
+        ("partly explained", 0.2, 1e-9, 1, trust.DOUBT),
+        ("partly explained", 0.2, 1e-5, 1, 1.0),
+        ("partly explained", 5.0, 1e-9, 1, 1.0),
     ],
 )
 def test_of_a_small_gap_of_which_something_is_left_no_name_is_sure(

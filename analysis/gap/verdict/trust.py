@@ -17,7 +17,7 @@ from analysis.gap.search.choice import (
     TELLS_LITTLE,
     Choice,
 )
-from analysis.gap.search.closing import closed, nothing_left
+from analysis.gap.search.closing import HARDLY_CHANCE, closed, nothing_left
 from analysis.gap.search.later import LEADS, LITTLE_IS_LEFT
 from analysis.gap.search.trail import Trail
 from analysis.gap.verdict.caps import most_of, most_of_a_converter, most_of_a_shape
@@ -56,6 +56,10 @@ converter for bits that are lost, has a rival with a quarter."""
 
 OF_ONE_THAT_STANDS_OUT = 0.6
 """Probability of its name: what is wrong besides has a part in it."""
+
+SMALL = 0.3
+"""G below which a gap is small too, if what is left of it is beyond doubt: of four first names of
+the bench (seeds 25, 44 and 48) to which that happened one was right."""
 
 LEAST_TRUST = 0.4
 """Factor of the probability of an effect that closes no more of the gap than it must, where
@@ -186,7 +190,8 @@ def by_what_is_left(word: Verdict, gap: Gap, alone: float, place: int, count: in
     """
     if place > 0:
         return LATER if word == "explained" else DOUBT
-    small = gap.before < TELLS_LITTLE
+    beyond_doubt = gap.p_value_after < HARDLY_CHANCE
+    small = gap.before < (SMALL if beyond_doubt else TELLS_LITTLE)
     if word == "explained" and (count == 1 or small):
         return 1.0
     if count == 1 and gap.p_value_after > MAY_BE_NOTHING:
