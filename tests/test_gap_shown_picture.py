@@ -11,7 +11,6 @@ from scipy import ndimage
 
 from analysis.gap.calibrate.finer_light import CLEAN
 from analysis.gap.calibrate.shown_picture import (
-    CLEAR,
     LARGEST_PX,
     Likeliest,
     Picture,
@@ -20,6 +19,7 @@ from analysis.gap.calibrate.shown_picture import (
 )
 from analysis.gap.camera.blur import Blur, Within, softened
 from analysis.gap.camera.light import Light
+from analysis.gap.camera.light_of_frames import CLEAR_OF_THE_TOP
 from analysis.gap.look.lattices import SITES, Lattice
 from sensor.frames import Frames
 from sensor.protocol import Shot
@@ -55,7 +55,7 @@ def picture(rate: NDArray[np.float32], soft: NDArray[np.float32]) -> Picture:
         dn=tuple(one.of(dn[None])[0].astype(np.float64) for one in LATTICES),
         rate=rate,
         lattices=LATTICES,
-        top_dn=CLEAR * TOP_DN,
+        top_dn=CLEAR_OF_THE_TOP * TOP_DN,
     )
 
 
@@ -100,7 +100,7 @@ def test_pictures_without_noise_or_for_the_most_part_without_light_say_something
         dn=tuple(np.full((52, 72), 3.0) for _ in LATTICES),
         rate=rate,
         lattices=LATTICES,
-        top_dn=CLEAR * TOP_DN,
+        top_dn=CLEAR_OF_THE_TOP * TOP_DN,
     )
     for shown in (dark, picture(rate, rate)):
         found = likeliest(shown, within)

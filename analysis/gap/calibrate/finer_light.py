@@ -54,10 +54,10 @@ def with_finer_light(
         frames: of all shots.
     """
     light, base = scenery.light, found.base
-    picture = (
-        picture_of(frames, light, scenery.view.lattices) if _may_be_finer(light, base) else None
-    )
-    if base.within != "points" or picture is None:
+    if base.within != "points" or not _may_be_finer(light, base):
+        return found
+    picture = picture_of(frames, light, scenery.view.lattices)
+    if picture is None:
         return found
     points, *finer = (likeliest(picture, within) for within in KINDS)
     best = max(finer, key=lambda one: one.log_likelihood)

@@ -11,6 +11,7 @@ from scipy import optimize
 
 from analysis.gap.camera.blur import Blur, Within, softened
 from analysis.gap.camera.light import Light, Rate, lamp_of
+from analysis.gap.camera.light_of_frames import CLEAR_OF_THE_TOP, picture
 from analysis.gap.look.lattices import Lattice
 from sensor.frames import Frames
 
@@ -18,12 +19,6 @@ Floats = NDArray[np.float64]
 
 LARGEST_PX = (240, 320)
 """Rows and columns in the middle of a picture that are looked at: they tell by hundreds."""
-
-FRAMES = 32
-"""That a picture is the mean of, at most."""
-
-CLEAR = 0.9
-"""Part of the range up to which a sample tells how bright it is."""
 
 LEAST_CLEAR = 0.97
 """Part of a picture that has to be so."""
@@ -93,9 +88,9 @@ def picture_of(
     for one in frames:
         if one.shot.dark or lamp_of(one.shot) not in light.falls:
             continue
-        mean = np.asarray(one.dn[:FRAMES]).mean(axis=0, dtype=np.float32)
-        bright = float(mean.mean())
-        if (mean < CLEAR * one.top_dn).mean() > LEAST_CLEAR and (best is None or bright > best[0]):
+        mean = picture(one)
+        bright, clear = float(mean.mean()), (mean < CLEAR_OF_THE_TOP * one.top_dn).mean()
+        if clear > LEAST_CLEAR and (best is None or bright > best[0]):
             best = bright, mean, one
     if best is None:
         return None
@@ -106,7 +101,7 @@ def picture_of(
         dn=tuple(one.of(mean[middle][None])[0].astype(np.float64) for one in lattices),
         rate=rate[middle],
         lattices=tuple(lattices),
-        top_dn=CLEAR * shown.top_dn,
+        top_dn=CLEAR_OF_THE_TOP * shown.top_dn,
     )
 
 
@@ -119,11 +114,11 @@ def _middle(height: int, width: int) -> tuple[slice, slice]:
     return slice(down, down + rows), slice(across, across + columns)
 
 
-def likeliest(picture: Picture, within: Within) -> Likeliest:
+def likeliest(shown: Picture, within: Within) -> Likeliest:
     """The likeliest blur over light of one kind.
 
     Args:
-        picture: what is shown.
+        shown: the picture.
         within: what the light is like within pixels.
     """
 
@@ -131,7 +126,7 @@ def likeliest(picture: Picture, within: Within) -> Likeliest:
         blur = Blur(variance_px2=sigma_px**2, within=within)
         return sum(
             len(left) / 2 * float(np.log(max(float(np.square(left).mean()), LEAST_DN2)))
-            for left, *_ in _left(picture, softened(picture.rate, blur))
+            for left, *_ in _left(shown, softened(shown.rate, blur))
         )
 
     found = optimize.minimize_scalar(
@@ -141,21 +136,21 @@ def likeliest(picture: Picture, within: Within) -> Likeliest:
     return Likeliest(
         blur=blur,
         log_likelihood=-float(found.fun),
-        at_edges=_at_edges(picture, softened(picture.rate, blur)),
+        at_edges=_at_edges(shown, softened(shown.rate, blur)),
     )
 
 
-def _left(picture: Picture, soft: Rate) -> Iterator[tuple[Floats, Floats, Floats]]:
+def _left(shown: Picture, soft: Rate) -> Iterator[tuple[Floats, Floats, Floats]]:
     """What the light leaves of each lattice under a smooth shading, how bright that makes it, and
     how steep it is there, (samples,) each.
     """
-    for lattice, dn in zip(picture.lattices, picture.dn, strict=True):
-        plane = soft[..., "RGB".find(lattice.channel) if lattice.channel in "RGB" else 1]
+    for lattice, dn in zip(shown.lattices, shown.dn, strict=True):
+        plane = soft[..., "RGB".index(lattice.channel) if lattice.channel in "RGB" else 1]
         light, steep = (lattice.of(one[None])[0].ravel() for one in (plane, _steepness(plane)))
         y, x = (
             one.ravel() for one in np.mgrid[-1 : 1 : dn.shape[0] * 1j, -1 : 1 : dn.shape[1] * 1j]
         )
-        clear = dn.ravel() < picture.top_dn
+        clear = dn.ravel() < shown.top_dn
         shades = (np.ones_like(x), x, y, x * x, x * y, y * y)
         columns = np.stack([*(shade * light for shade in shades), np.ones_like(x)], axis=1)[clear]
         amounts, *_ = np.linalg.lstsq(columns, dn.ravel()[clear], rcond=None)
@@ -168,12 +163,12 @@ def _steepness(plane: Rate) -> Rate:
     return np.asarray(np.hypot(down, across))
 
 
-def _at_edges(picture: Picture, soft: Rate) -> float:
+def _at_edges(shown: Picture, soft: Rate) -> float:
     """Mean square of what is left at edges over that where the picture is even, each in standard
     deviations of noise whose variance is a square of the brightness there.
     """
     at_edges, elsewhere = [], []
-    for left, bright, steep in _left(picture, soft):
+    for left, bright, steep in _left(shown, soft):
         # of a picture that is dark for the most part more samples are as even as can be
         even, no_edge = (steep <= np.quantile(steep, part) for part in (MOST_EVEN, FEWEST_EVEN))
         powers = np.stack([np.ones_like(bright), np.maximum(bright, 0), np.square(bright)], axis=1)

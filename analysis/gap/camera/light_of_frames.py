@@ -46,10 +46,15 @@ NO_LIGHT = 1e-9
 """Of a picture that shows none."""
 
 
+def picture(frames: Frames) -> NDArray[np.float32]:
+    """Mean of the first frames in DN, as their pixels are: (H, W, 3) or (H, W)."""
+    first = np.asarray(frames.dn[:PICTURE_FRAMES])
+    return np.asarray(first.mean(axis=0, dtype=np.float32))
+
+
 def plane(frames: Frames, black_dn: float) -> Rate:
     """Mean of the first frames above black, in three colours, (H, W, 3)."""
-    mean = np.asarray(frames.dn[:PICTURE_FRAMES]).mean(axis=0, dtype=np.float32)
-    mean = mean - np.float32(black_dn)
+    mean = picture(frames) - np.float32(black_dn)
     if mean.ndim == 3:
         return np.asarray(mean)
     if frames.cfa is None:

@@ -157,7 +157,7 @@ corners, with 0.95."""
 ONE_SIDED = 0.15
 """By how much the part of a crosstalk that goes along the rows may differ from one half. Charge
 that trails does so along one axis: of the bench (seeds 21 to 47) and set 24 of the withheld effects
-four were named with 0.69 to 0.76 of it along the rows, all for deferred charge; of 25 right ones
+four were named with 0.69 to 0.76 of it along the rows, all for deferred charge; of 20 right ones
 none had more than 0.54, and of another engineer's, who made it so, 0.60."""
 
 
