@@ -18,6 +18,7 @@ from analysis.gap.ready.gamma import bent
 from analysis.gap.ready.hints import DirectReading, Hints, dwell_s, mains_hz
 from analysis.gap.ready.hot_pixels import hot
 from analysis.gap.ready.interference import wave
+from analysis.gap.ready.jpeg import behind_blocks
 from analysis.gap.ready.random_telegraph_noise import trapped
 from analysis.gap.ready.setting import Setting
 from analysis.gap.ready.spatial_denoise import filtered
@@ -91,6 +92,9 @@ def told_by(setting: Setting, base: Base) -> dict[str, DirectReading]:
         told[BitTruncation.name] = dataclasses.replace(
             steps, base=behind_steps(setting, steps, base)
         )
+    if codec := told.get(Jpeg.name):
+        emptied = dataclasses.replace(codec, base=behind_blocks(setting, base))
+        told[Jpeg.name] = dataclasses.replace(codec, instead=emptied if emptied.base else None)
     found = in_order(lambda reading: reading(setting), READINGS.values())
     return told | {name: one for name, one in zip(READINGS, found, strict=True) if one}
 
