@@ -19,6 +19,7 @@ import numpy as np
 
 from sensor.colours import Colours
 from sensor.effect import Effect
+from sensor.effects.demosaic import Demosaic
 from sensor.effects.quantization import Quantization
 from sensor.errors import CameraError
 from sensor.frames import MOSAIC_WORDS, MOSAICS, PIXELS, Pixels
@@ -26,6 +27,12 @@ from sensor.signal import Format
 
 GREY = "GGGG"
 """The `cfa` of a camera without a mosaic."""
+
+BEHIND_A_FILTER = ("RRRR", "BBBB")
+"""The same behind a filter of another colour, as two of three sensors are."""
+
+PRISM = "RGB"
+"""The `cfa` of a camera of three sensors behind a prism, each of which sees one colour."""
 
 E = TypeVar("E", bound=Effect)
 
@@ -39,7 +46,8 @@ class Camera:
         width, height: pixels.
         pixels: what leaves it: rgb8, bayer8, bayer16, mono8 or mono16.
         bits: significant bits of a pixel.
-        cfa: colours of the pixels (0,0) (0,1) (1,0) (1,1); ``"GGGG"`` without a mosaic.
+        cfa: colours of the pixels (0,0) (0,1) (1,0) (1,1); ``"GGGG"`` without a mosaic, ``"RGB"``
+            of three sensors, with rgb8.
         gain_dn_per_e: conversion by colour.
         black_dn: black level.
         sensitivity: its photo-electrons per photo-electron of the rate image, by colour.
@@ -60,8 +68,16 @@ class Camera:
     body_seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.cfa not in (*MOSAICS, GREY):
+        grey = self.pixels.startswith("mono") and self.cfa in BEHIND_A_FILTER
+        if self.cfa not in (*MOSAICS, GREY, PRISM) and not grey:
             raise CameraError(f"cfa '{self.cfa}'", f"expected {MOSAIC_WORDS}", 'as in "RGGB"')
+        if self.cfa == PRISM and (self.pixels != "rgb8" or self.get(Demosaic)):
+            raise CameraError(
+                f"three sensors that give {self.pixels}"
+                f"{' by a demosaicer' if self.get(Demosaic) else ''}",
+                "expected rgb8 of which nothing is filled in",
+                "correct pixels or cfa, or remove the effect 'demosaic'",
+            )
         if not 1 <= self.bits <= 8 * np.dtype(PIXELS[self.pixels][1]).itemsize:
             raise CameraError(
                 f"{self.bits} bits in {self.pixels}", "expected them to fit", "correct one of them"
@@ -98,8 +114,8 @@ class Camera:
 
     @property
     def cfa_of_pixels(self) -> str | None:
-        """The colours of the pixels as a capture states them: none for a camera without colours."""
-        return None if self.pixels.startswith("mono") or self.cfa == GREY else self.cfa
+        """The colours of the pixels as a capture states them: none for one without a mosaic."""
+        return self.cfa if self.cfa in MOSAICS and not self.pixels.startswith("mono") else None
 
     @property
     def chain(self) -> tuple[Effect, ...]:

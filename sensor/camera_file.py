@@ -20,12 +20,12 @@ from pydantic import Field
 from foundation.documents import STRICT, read_toml
 from foundation.errors import unknown
 from foundation.output import new_file
-from sensor.camera import GREY, Camera
+from sensor.camera import Camera
 from sensor.catalogue import catalogue, effect
 from sensor.colours import Colours, PerColour
 from sensor.effect import Effect
 from sensor.errors import CameraError
-from sensor.frames import MOSAIC_WORDS, Pixels
+from sensor.frames import MOSAIC_WORDS, MOSAICS, Pixels
 
 FORMAT = "camtruth-camera/1"
 
@@ -81,9 +81,9 @@ def from_document(
     document: CameraDocument, kinds: Mapping[str, type[Effect]] | None = None
 ) -> Camera:
     """The camera that a document describes."""
-    if document.pixels.startswith("bayer") and document.cfa == GREY:
+    if document.pixels.startswith("bayer") and document.cfa not in MOSAICS:
         raise CameraError(
-            f"{document.pixels} with cfa '{GREY}', which is no mosaic",
+            f"{document.pixels} with cfa '{document.cfa}', which is no mosaic",
             f"expected {MOSAIC_WORDS}",
             "correct cfa or pixels",
         )

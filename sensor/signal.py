@@ -54,7 +54,8 @@ class Format:
 
     Attributes:
         height, width: pixels.
-        cfa: colours of the pixels (0,0) (0,1) (1,0) (1,1); ``"GGGG"`` without a mosaic.
+        cfa: colours of the pixels (0,0) (0,1) (1,0) (1,1); ``"GGGG"`` without a mosaic, ``"RGB"``
+            behind three sensors, ``"RRRR"`` of one of them.
         bits: bits of an output pixel.
         gain_dn_per_e: conversion by colour.
         black_dn: black level.

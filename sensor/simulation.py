@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import drjit as dr
@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.backend import Backend, backend
-from sensor.camera import Camera
+from sensor.camera import PRISM, Camera
 from sensor.conversion import digitise, expose
 from sensor.effect import Effect
 from sensor.errors import CameraError
 from sensor.frames import PIXELS
 from sensor.planes import Planes
+from sensor.prism import joined, parts, sensors
 from sensor.protocol import Shot
 from sensor.signal import Quantity, Signal
-from sensor.stream import Stream
+from sensor.stream import Stream, key_of
 from sensor.whole_numbers import whole_number
 
 
@@ -111,6 +112,8 @@ def still(camera: Camera, light: Signal, *, seed: int) -> tuple[Signal, int]:
         light: of `lit`.
         seed: seed of everything that is not fixed in the camera body.
     """
+    if camera.cfa == PRISM:
+        return light, 0
     signal = dataclasses.replace(light, frames=range(2))
     for done, effect in enumerate(camera.chain):
         reached = _reach(signal, effect.quantity())
@@ -143,16 +146,42 @@ def exposed(
     """
     batch = range(frames.start - camera.history_frames, frames.stop)
     signal = dataclasses.replace(light, frames=batch)
-    for effect in camera.chain[done:]:
-        if effect.quantity().place > until.place:
-            break
-        signal = _reach(signal, effect.quantity())
-        stream = stream_of(camera, effect, signal.shot, seed, batch, signal.backend)
-        signal = effect.apply(signal, stream)
+    if camera.cfa == PRISM:
+        signal = _through_a_prism(camera, signal, seed, until)
+    else:
+        signal = _through(camera, camera.chain[done:], signal, seed, until)
     signal = _reach(signal, until)
     if signal.shape[0] == len(batch) and len(batch) > len(frames):
         return signal.replace(signal.planes.without(camera.history_frames), frames=frames)
     return dataclasses.replace(signal, frames=frames)
+
+
+def _through(
+    camera: Camera, effects: Sequence[Effect], signal: Signal, seed: int, until: Quantity
+) -> Signal:
+    """The signal behind some effects of a camera, as far as the quantity that is asked for."""
+    for effect in effects:
+        if effect.quantity().place > until.place:
+            break
+        signal = _reach(signal, effect.quantity())
+        stream = stream_of(camera, effect, signal.shot, seed, signal.frames, signal.backend)
+        signal = effect.apply(signal, stream)
+    return signal
+
+
+def _through_a_prism(camera: Camera, light: Signal, seed: int, until: Quantity) -> Signal:
+    """The signal of a camera of three sensors: what each of them has is drawn for itself."""
+    before, own, after = parts(camera.chain)
+    light = _through(camera, before, light, seed, until)
+    if until is Quantity.RATE:
+        return light
+    converted = min(until, Quantity.DN, key=lambda quantity: quantity.place)
+    seen = []
+    for colour, one in sensors(camera).items():
+        alone = dataclasses.replace(light, format=one.format)
+        charge = _through(one, own, alone, key_of(seed, colour), until)
+        seen.append(_reach(charge, converted))
+    return _through(camera, after, joined(seen, camera), seed, until)
 
 
 def stream_of(

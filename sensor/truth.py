@@ -13,9 +13,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foundation.backend import Backend, backend
-from sensor.camera import Camera
+from sensor.camera import PRISM, Camera
 from sensor.colours import CHANNELS, Colours
 from sensor.effect import Effect
 from sensor.effects.dark_shot import DarkShot
@@ -23,9 +24,12 @@ from sensor.effects.fpn import Fpn
 from sensor.effects.photon_shot import PhotonShot
 from sensor.effects.prnu import Prnu
 from sensor.effects.read_noise import ReadNoise
-from sensor.protocol import Protocol
+from sensor.prism import sensors
+from sensor.protocol import Protocol, Shot
 from sensor.simulation import stream_of
 from sensor.stream import Stream
+
+Floats = NDArray[np.float64]
 
 FORMAT = "camtruth-truth/1"
 
@@ -90,18 +94,29 @@ def realised(
         effect: Effect | None = camera.get(kind)
         if effect is None:
             continue
-        stream = stream_of(camera, effect, protocol.shot[0], 0, range(1), where)
-        size = camera.height, camera.width
-        drawn = effect.pattern if isinstance(effect, DarkShot) else _white
-        pattern = np.asarray(drawn(stream, *size).numpy(), dtype=np.float64).reshape(size)
+        drawn = _drawn(camera, effect, protocol.shot[0], where)
         for channel, figures in table.items():
-            colour = "RGB".index("G" if channel == "Y" else channel)
-            spread = float(pattern[camera.format.colour_index == colour].std())
+            spread = float(drawn["G" if channel == "Y" else channel].std())
             for key in keys:
                 figures[key] *= spread
     for figures in table.values():
         figures["dsnu"] = math.hypot(figures["fpn"], figures["dsnu"])
     return table
+
+
+def _drawn(camera: Camera, effect: Effect, shot: Shot, where: Backend) -> dict[str, Floats]:
+    """The numbers that an effect has drawn for the photosites of each colour."""
+
+    def pattern(one: Camera) -> Floats:
+        stream = stream_of(one, effect, shot, 0, range(1), where)
+        draw = effect.pattern if isinstance(effect, DarkShot) else _white
+        numbers = np.asarray(draw(stream, one.height, one.width).numpy(), dtype=np.float64)
+        return numbers.reshape(one.height, one.width)
+
+    if camera.cfa == PRISM:
+        return {colour: pattern(one) for colour, one in sensors(camera).items()}
+    whole, index = pattern(camera), camera.format.colour_index
+    return {colour: whole[index == k] for k, colour in enumerate(CHANNELS)}
 
 
 def _white(stream: Stream, height: int, width: int) -> Any:

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from camtruth.exchange.source import Source
 from foundation.backend import backend
 from foundation.errors import InputError
-from sensor.camera import Camera
+from sensor.camera import GREY, PRISM, Camera
 from sensor.catalogue import effect
 from sensor.colours import Colours
 from sensor.effect import Effect
 from sensor.frames import Frames
+from sensor.prism import sensors
 from sensor.protocol import Shot
 from sensor.signal import Quantity, Signal
 from sensor.simulation import stream_of
@@ -120,7 +121,7 @@ def _camera(source: Source, truth: Mapping[str, Any]) -> Camera:
         height=frames.height,
         pixels=frames.pixels,
         bits=frames.bits,
-        cfa=frames.cfa or "GGGG",
+        cfa=frames.cfa or (PRISM if frames.demosaiced else GREY),
         gain_dn_per_e=Colours(**gain) if isinstance(gain, Mapping) else Colours.of(gain),
         effects=tuple(effects),
         body_seed=truth["body_seed"],
@@ -128,6 +129,10 @@ def _camera(source: Source, truth: Mapping[str, Any]) -> Camera:
 
 
 def _applied(camera: Camera, known: Effect, electrons: float) -> NDArray[np.float32]:
+    """What an effect makes of so many electrons everywhere: (H, W), of three sensors (H, W, 3)."""
+    if camera.cfa == PRISM:
+        each = [_applied(one, known, electrons) for one in sensors(camera).values()]
+        return np.stack(each, axis=-1)
     where = backend()
     shot = Shot(label="map", exposure_s=0.0, frames=1)
     frames = range(1)

@@ -172,5 +172,5 @@ def finer(base: Base, scenery: Scenery) -> Iterator[Base]:
     if base.arithmetic != IN_FRACTIONS or base.white_balance is not None:
         return
     # without a demosaicer halves up move all codes alike
-    for rule in FINER if scenery.body.pixels == "rgb8" else (OF_64THS,):
+    for rule in FINER if scenery.body.fills_in else (OF_64THS,):
         yield by_rule(base, rule)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.camera.blur import Blur, Within
-from sensor.camera import Camera
+from sensor.camera import PRISM, Camera
 from sensor.catalogue import catalogue
 from sensor.colours import Colours
 from sensor.effects.white_balance import WhiteBalance
@@ -249,6 +249,11 @@ class Body:
     cfa: str
     name: str
 
+    @property
+    def fills_in(self) -> bool:
+        """Whether two of three colours of each pixel are made of its neighbours."""
+        return self.pixels == "rgb8" and self.cfa != PRISM
+
     @staticmethod
     def of(frames: Frames, cfa: str, name: str) -> Body:
         """The body that took these frames."""
@@ -291,7 +296,7 @@ def camera_of(base: Base, body: Body) -> Camera:
         },
         "quantization": {},
     }
-    if body.pixels == "rgb8":
+    if body.fills_in:
         values["demosaic"] = {
             "arithmetic": float(base.arithmetic),
             "corners": float(base.corners),

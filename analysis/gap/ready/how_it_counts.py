@@ -65,6 +65,8 @@ def how_it_counts(
     counts: Mapping[str, Floats],
     bits: int,
     black_dn: float,
+    *,
+    fills_in: bool,
 ) -> HowItCounts:
     """How a camera counts.
 
@@ -75,20 +77,20 @@ def how_it_counts(
         counts: histograms of the key shots, by channel.
         bits: how many of the lowest never change.
         black_dn: black level.
+        fills_in: whether it fills in colours.
     """
     told = arithmetic_of([f.dn for f in keys], lattices)
-    coloured = keys[0].pixels == "rgb8"
     finer = None
     if told in (IN_FRACTIONS, *TO_EVEN) and not bits and keys[0].top_dn < MOST_CODES:
         channels = channels_of(lattices)
         each = in_order(lambda channel: code_edges(shots, lattices, channel), channels)
         edges = dict(zip(channels, each, strict=True))
-        # of a mosaic only whole codes are multiplied
-        finer = (finer_codes(edges, black_dn) if coloured else None) or in_turn(edges)
-    if finer is not None and (finer.gains or not coloured):
+        # where nothing is filled in only whole codes are multiplied
+        finer = (finer_codes(edges, black_dn) if fills_in else None) or in_turn(edges)
+    if finer is not None and (finer.gains or not fills_in):
         return HowItCounts(arithmetic=finer.rules[0], rules=finer.rules, gains=finer.gains)
     gains = _of_whole_codes(counts, bits, black_dn)
-    if not coloured:
+    if not fills_in:
         return HowItCounts(arithmetic=told, rules=(told,), gains=_of_a_mosaic(gains))
     near = all(_beyond(one) < NEAR for one in gains)
     if finer is None and not near:

@@ -16,15 +16,17 @@ from analysis.gap.camera.twin import Scenery, exposure_of, shots_of
 from analysis.gap.look.agreeing import green_is_averaged
 from analysis.gap.look.comb import histograms
 from analysis.gap.look.first_frames import Beginning, beginning, without_beginnings
-from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of
+from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of, of_a_mosaic
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import begun
+from analysis.gap.look.prism import each_is_measured
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import DirectReading, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
 from analysis.gap.ready.whole_codes import told_by_codes
 from render.rate import RateImage
-from sensor.frames import Capture, Frames
+from sensor.camera import GREY, PRISM
+from sensor.frames import MOSAICS, Capture, Frames
 
 Floats = NDArray[np.float64]
 
@@ -83,16 +85,19 @@ def look(capture: Capture, stated: Mapping[str, RateImage]) -> Setting | None:
     )
     keys = [f for f in capture.frames if f.shot.label in chosen.key]
     black_dn = black_of_frames(capture.frames)
-    cfa = first.cfa or _cfa(lattices)
+    cfa = first.cfa or _cfa(lattices, keys)
+    body = Body.of(first, cfa, capture.camera)
     seen = begun((stack_of(f, chosen) for f in keys), view)
     counts = histograms([f.dn for f in keys], lattices, first.top_dn)
     bits = empty_bits(keys, lattices)
     counting = dataclasses.replace(
-        how_it_counts(capture.frames, keys, lattices, counts, bits, black_dn),
+        how_it_counts(
+            capture.frames, keys, lattices, counts, bits, black_dn, fills_in=body.fills_in
+        ),
         corners=green_is_averaged(keys, lattices),
     )
     scenery = Scenery(
-        body=Body.of(first, cfa, capture.camera),
+        body=body,
         light=light_of(capture, stated, black_dn),
         shots=shots_of([f.shot for f in keys]),
         view=view,
@@ -120,9 +125,16 @@ def black_of_frames(frames: Sequence[Frames]) -> float:
     return black_of(darks, lit)
 
 
-def _cfa(lattices: Sequence[Lattice]) -> str:
+def _cfa(lattices: Sequence[Lattice], stacks: Sequence[Frames]) -> str:
+    """Colours of the pixels where nobody stated them; any mosaic where there is one and its phase
+    does not show.
+    """
     names = [lattice.channel for lattice in lattices]
-    return "".join(names) if len(names) == 4 else "GGGG" if names == ["Y"] else "RGGB"
+    if names == ["Y"]:
+        return GREY
+    if of_a_mosaic(lattices):
+        return "".join(names)
+    return PRISM if each_is_measured([f.dn for f in stacks]) else MOSAICS[0]
 
 
 def halves(seen: Observation) -> tuple[Observation, Observation]:
