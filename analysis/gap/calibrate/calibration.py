@@ -69,9 +69,10 @@ def calibration(space: Space, ways: Directions) -> Calibration:
 
     A prior of standard deviation s is one more measurement: that the amount is 0 +- s.
     """
-    columns = np.array(
-        [space.vector(f, m) for f, m in zip(ways.figures, ways.means, strict=True)]
-    ).T
+    # of darks alone there is no direction: nothing that light could take up
+    columns = np.zeros((len(space.log_widths), len(ways.prior)))
+    for k, (figures, means) in enumerate(zip(ways.figures, ways.means, strict=True)):
+        columns[:, k] = space.vector(figures, means)
     size = np.linalg.norm(columns, axis=0)
     with np.errstate(divide="ignore"):
         priors = np.where(np.isinf(ways.prior), 0.0, 1.0 / ways.prior)
@@ -80,7 +81,7 @@ def calibration(space: Space, ways: Directions) -> Calibration:
     scale = np.hypot(size, priors)
     matrix = np.vstack([columns, np.diag(priors)]) / scale
     squares, v = np.linalg.eigh(matrix.T @ matrix)
-    good = squares > 1e-10 * squares[-1]
+    good = squares > 1e-10 * squares.max(initial=0.0)
     length = np.sqrt(squares[good])
     q = matrix @ (v[:, good] / length)
     return Calibration(

@@ -91,6 +91,9 @@ ROUNDED_DN = 0.5
 UNSATURATED = 0.9
 """Part of the range below which a block is used to point to the black level."""
 
+GATHERED_DN = 1.0
+"""What the longest dark gathers in every colour, from which darks tell gains of colours."""
+
 FAR_ENOUGH = 1.5
 """Longest over shortest exposure of darks from which a line through them is drawn."""
 

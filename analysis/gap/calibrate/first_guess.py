@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from analysis.bias.rounding import ROUNDING_DN2
 from analysis.gap.calibrate.darks import (
+    GATHERED_DN,
     LEAST_READ_DN2,
     Darks,
     exposures_of,
@@ -38,6 +39,9 @@ BELOW_FULL = 0.8
 
 USUAL_GAIN_DN_PER_E = 0.015
 """Of an 8-bit camera with 17 ke- full well; stands in where no light tells the gain."""
+
+CLEAR_GROWTH = 5.0
+"""Standard errors of the variance of darks that must gather as shot noise for it to tell a gain."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,7 +87,9 @@ def first_guess(
     if nominal is not None:
         gain = np.resize(np.array(list(nominal.gain_dn_per_e)), count)
     else:
-        gain = np.full(count, USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8))
+        usual = USUAL_GAIN_DN_PER_E * 2.0 ** (_bits(scenery) - 8)
+        longest_s = float(exposure.max())
+        gain = np.full(count, usual) if lit else by_dark_current(seen, dark, longest_s, usual)
     tell = _clear(seen, lit, scenery.view.top_dn)
     if full:
         gain = full.gain_dn_per_e
@@ -119,6 +125,29 @@ def first_guess(
     clamp = clamp_e2(seen, seen.noise / gain**2)
     # more is something else, and is not to be taken up in part
     return base if clamp > base.most_of_a_clamp_e2 else dataclasses.replace(base, clamp_e2=clamp)
+
+
+def by_dark_current(seen: Observation, dark: Darks, longest_s: float, usual: float) -> Floats:
+    """Gains, (channels,), where no light tells them: charge that gathers in the dark is the same
+    behind every filter, and brings its shot noise. Of all channels the usual one where too little
+    gathers, of green where its noise does not show it.
+
+    Args:
+        seen: darks.
+        dark: what they show.
+        longest_s: the longest exposure.
+        usual: gain that stands in.
+    """
+    mean_dn, growth_dn2 = dark.mean_dn_per_s * longest_s, dark.variance_dn2_per_s * longest_s
+    if mean_dn.min() < GATHERED_DN:
+        return np.full(len(mean_dn), usual)
+    over_first = mean_dn / mean_dn[0]
+    freedom = seen.samples * seen.means.shape[-1] * seen.groups * (seen.frames - 1)
+    error_dn2 = (dark.read_dn2 + growth_dn2) * np.sqrt(2.0 / freedom)
+    green = seen.channels.index("G") if "G" in seen.channels else 0
+    if growth_dn2.min() < CLEAR_GROWTH * error_dn2.max():
+        return np.asarray(usual * over_first / over_first[green])
+    return np.asarray(over_first * np.mean(growth_dn2 / mean_dn / over_first))
 
 
 def _clear(seen: Observation, lit: Sequence[int], top_dn: int) -> NDArray[np.bool_]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.calibrate.agreement import agreed
+from analysis.gap.calibrate.darks import GATHERED_DN
 from analysis.gap.calibrate.relit import lighting, relit
 from analysis.gap.camera.base import Base
 from analysis.gap.camera.handles import Handle, handles_of, moved, step_of
@@ -89,6 +90,8 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
     hidden = PART_OF_HIDDEN / scenery.view.frames
     bright_dn = brightest_dn(base, scenery)
     black_dn = float(np.clip(np.min(base.read_dn2), *BLACK_STEPS_DN))
+    # darks tell gains of colours over that of green, by what gathers in all of them alike
+    gathers = base.shown_e_per_s * longest * float(base.gain_dn_per_e.min()) >= GATHERED_DN
     knobs = []
     for c in range(len(base.channels)):
         read = float(base.read_dn2[c])
@@ -96,8 +99,9 @@ def knobs_of(base: Base, scenery: Scenery) -> tuple[Knob, ...]:
         fpn = 0.6 * float(base.fpn_dn2[c]) + hidden * read + 1e-3
         knobs.append(Knob(name="fpn", channel=c, step=fpn))
         knobs.append(Knob(name="black", channel=c, step=black_dn))
-        if lit:
+        if lit or (gathers and base.channels[c] in ("R", "B")):
             knobs.append(Knob(name="gain", channel=c, step=0.15))
+        if lit:
             noise = read + float(base.gain_dn_per_e[c]) * bright_dn
             prnu = 1.5 * float(base.prnu2[c]) + hidden * noise / bright_dn**2 + 5e-6
             knobs.append(Knob(name="prnu", channel=c, step=prnu))
