@@ -119,13 +119,18 @@ def test_without_darks_or_light_it_says_so():
         emva1288(replace(capture, frames=(one,)))
 
 
-def test_demosaiced_frames_are_warned_of():
+@pytest.mark.parametrize(("cfa", "warned"), [("RGGB", True), (None, False)])
+def test_demosaiced_frames_are_warned_of(cfa, warned):
+    """A mosaic is stated; of frames without one the noise shows that every pixel was measured."""
     capture = poisson_camera(8, frames=4)
     colour = tuple(
-        Frames(dn=np.repeat(f.dn[..., None], 3, axis=3), shot=f.shot, pixels="rgb8", bits=8)
+        Frames(
+            dn=np.repeat(f.dn[..., None], 3, axis=3), shot=f.shot, pixels="rgb8", bits=8, cfa=cfa
+        )
         for f in capture.frames
     )
-    assert any("raw frames" in text for text in emva1288(replace(capture, frames=colour)).warnings)
+    found = emva1288(replace(capture, frames=colour)).warnings
+    assert any("raw frames" in text for text in found) is warned
 
 
 def test_the_smoothing_passes_ramps_and_the_high_pass_stops_them():

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from analysis.estimators.irie import irie
 from analysis.gap.camera.base import camera_of
 from analysis.gap.diagnose import calibrated
 from analysis.gap.measure.measured import measured
@@ -139,3 +140,12 @@ def test_a_camera_of_three_sensors_is_calibrated_and_no_gap() -> None:
     np.testing.assert_allclose(known.base.gain_dn_per_e, gain, rtol=0.05)
     assert camera_of(known.base, known.scenery.body).get(Demosaic) is None
     assert measured(known, setting.seen).whole.p_value > 0.01
+
+
+@pytest.mark.parametrize(("made", "filled"), [(behind_a_prism(), False), (short_camera(), True)])
+def test_the_technique_divides_by_no_factor_where_nothing_was_filled_in(made, filled: bool) -> None:
+    """N_D of equations (4) to (7) is a demosaicer's."""
+    found = irie(taken(made))
+    assert (found.extra["demosaic_factors"] is not None) is filled
+    assert any("bilinear demosaic was assumed" in said for said in found.warnings) is filled
+    assert any("every pixel was measured" in said for said in found.warnings) is not filled

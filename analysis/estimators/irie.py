@@ -27,6 +27,7 @@ from analysis.estimators.parts.least_squares import fit
 from analysis.estimators.parts.observations import observe, pattern_covariance
 from analysis.estimators.parts.panel_noise import Floats
 from analysis.estimators.parts.reading import N_D, Reading, point, read_off
+from analysis.estimators.parts.sites import filled_in
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture
 
@@ -47,8 +48,8 @@ def irie(capture: Capture) -> NoiseParameters:
         TooFewFrames: where a shot has a single frame.
         CaptureError: where a panel is too small.
     """
-    demosaiced = capture.frames[0].demosaiced
-    readings = [read_off(seen, demosaiced=demosaiced) for seen in observe(capture)]
+    filled = filled_in(capture)
+    readings = [read_off(seen, demosaiced=filled) for seen in observe(capture)]
     channels: dict[str, dict[str, Finding]] = {}
     dark_means: dict[str, dict[str, float | None]] = {}
     points: list[Point] = []
@@ -77,10 +78,10 @@ def irie(capture: Capture) -> NoiseParameters:
         method="irie",
         channels=channels,
         points=tuple(points),
-        warnings=cautions_of(capture, tuple(r.seen for r in readings)),
+        warnings=cautions_of(capture, tuple(r.seen for r in readings), filled_in=filled),
         extra={
             "hot_pixels": {f.shot.label: count_hot_pixels(f) for f in capture.darks},
-            "demosaic_factors": {k: dict(v) for k, v in N_D.items()} if demosaiced else None,
+            "demosaic_factors": {k: dict(v) for k, v in N_D.items()} if filled else None,
             "dark_means": dark_means,
         },
     )

@@ -52,14 +52,26 @@ def no_panels(capture: Capture) -> list[str]:
     return [f"no panels given: the central {area.w} x {area.h} pixels were measured"]
 
 
-def cautions_of(capture: Capture, observations: tuple[Observation, ...]) -> tuple[str, ...]:
-    """What a careful reader must know of the frames before using the figures."""
+def cautions_of(
+    capture: Capture, observations: tuple[Observation, ...], *, filled_in: bool
+) -> tuple[str, ...]:
+    """What a careful reader must know of the frames before using the figures.
+
+    Args:
+        capture: the capture.
+        observations: what was seen in its panels.
+        filled_in: whether colours were filled in.
+    """
     first = capture.frames[0]
     darks = [seen for seen in observations if seen.shot.dark]
     lit = [seen for seen in observations if not seen.shot.dark]
     found = no_panels(capture)
     if first.demosaiced and first.cfa is None:
-        found.append("nobody said how the colours were made: a bilinear demosaic was assumed")
+        found.append(
+            "nobody said how the colours were made: a bilinear demosaic was assumed"
+            if filled_in
+            else "nobody said how the colours were made: every pixel was measured, by its noise"
+        )
     left_out = [seen for seen in lit if saturated(seen)]
     if left_out:
         found.append(f"saturated, so left out: {_places(left_out)}")
