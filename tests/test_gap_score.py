@@ -12,7 +12,7 @@ from scipy import stats
 from analysis.gap.measure.case import Case, candidate
 from analysis.gap.measure.signature import Signature
 from analysis.gap.ready.hints import DirectReading
-from analysis.gap.suspects.attribute import _untold, too_much
+from analysis.gap.suspects.attribute import _by_lost_bits, _untold, too_much
 from sensor.catalogue import catalogue
 from sensor.effects.row_noise import RowNoise
 from tests.candidates import candidate as candidate_of
@@ -122,7 +122,25 @@ def test_one_step_may_be_many_timestoo_much(
 def test_what_frames_tell_to_the_last_digit_is_not_fitted_better(
     told: dict[str, bool], left: set[str]
 ) -> None:
-    """Nor is a converter, where they tell that codes are lost."""
+    """Nor is a converter, where they tell that codes are lost; see `_by_lost_bits`."""
     found = {n: candidate_of(n, 100.0) for n in ("adc_dnl", "bit_truncation", "dust_shadow")}
     words = {name: DirectReading(hints={}, exact=exact) for name, exact in told.items()}
     assert {one.name for one in _untold(found, words)} == left
+
+
+@pytest.mark.parametrize(
+    ("told", "without"),
+    [
+        ({}, {}),
+        ({"bit_truncation": True}, {"adc_dnl"}),
+        ({"bit_truncation": False}, {}),
+        ({"gamma": True}, {}),
+    ],
+)
+def test_beside_bits_that_are_lost_no_converter_has_merit(
+    told: dict[str, bool], without: set[str]
+) -> None:
+    """Its steps may score higher for one lost bit than that does itself."""
+    found = {n: candidate_of(n, 100.0) for n in ("adc_dnl", "bit_truncation", "gamma")}
+    words = {name: DirectReading(hints={}, exact=exact) for name, exact in told.items()}
+    assert _by_lost_bits(found, words) == set(without)

@@ -222,9 +222,10 @@ def test_lost_bits_are_seen_whatever_else_is_wrong(monkeypatch: pytest.MonkeyPat
 
 
 def test_no_name_is_surer_than_the_one_it_was_found_beside() -> None:
-    assert trust.no_surer([0.34, 0.75]) == [0.34, 0.34]
-    assert trust.no_surer([0.9, 0.75, 0.2]) == [0.9, 0.75, 0.2]
-    assert trust.no_surer([]) == []
+    assert trust.no_surer([0.34, 0.75], [False, False]) == [0.34, 0.34]
+    assert trust.no_surer([0.34, 0.75], [False, True]) == [0.34, 0.75]  # frames tell that
+    assert trust.no_surer([0.9, 0.75, 0.2], 3 * [False]) == [0.9, 0.75, 0.2]
+    assert trust.no_surer([], []) == []
 
 
 @pytest.mark.parametrize(
@@ -331,3 +332,10 @@ def test_of_a_small_gap_of_which_something_is_left_no_name_is_sure(
     chance of 4e-5."""
     gap: Any = SimpleNamespace(before=before, p_value_after=p_after)
     assert trust.by_what_is_left(word, gap, 1.0, 0, count) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(("told", "sure"), [({}, True), (None, False)])
+def test_bits_that_frames_tell_are_no_half_of_anything(told: dict | None, sure: bool) -> None:
+    found = dataclasses.replace(candidate("bit_truncation", 500.0), told=told)
+    assert caps.lost_bits(found) is sure
+    assert not caps.lost_bits(dataclasses.replace(candidate("jpeg", 500.0), told=told))

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from analysis.gap.camera.base import Body
 from analysis.gap.look.missing_codes import missing_everywhere
 from analysis.gap.look.texture import FAMILY as TEXTURE
+from analysis.gap.measure.case import Candidate
 from analysis.gap.ready.setting import Setting
 from analysis.gap.report import Gap, Verdict
 from analysis.gap.search.choice import NARROWEST_PATCH_PX, TELLS_LITTLE
@@ -88,11 +89,12 @@ def most_of(place: int, word: Verdict, gap: Gap, found: Trail, setting: Setting)
         setting: the capture.
     """
     names = [choice.best.name for choice in found.choices]
+    halves = 1.0 if lost_bits(found.choices[place].best) else most_of_several(names, place)
     model = found.models[-1]
     effect = next(one for one in model.effects if one.name == names[place])
     return min(
         most_of_a_name(word, found),
-        most_of_several(names, place),
+        halves,
         most_of_a_shape(effect, model.scenery.body),
         most_of_a_converter(effect, model.effects, setting),
         most_of_a_remainder(gap.before, [one.held.total for one in found.measured[1:]], place),
@@ -107,13 +109,20 @@ def most_of_a_name(word: Verdict, found: Trail) -> float:
     if not found.choices:
         return MOST_IN_PART
     best = found.choices[0].best
-    if best.name == BitTruncation.name and best.told is not None:
-        return MOST_IN_PART  # bits that have one value in every sample are lost, whatever else is
+    if lost_bits(best):
+        return MOST_IN_PART
     witnesses = against(found.measured[0], found.measured[-1])
     of_edges = OF_MOVED_EDGES if best.name == Vibration.name else EDGES
     if witnesses and of_edges.issuperset(witnesses) and _moves_nearly_all(found):
         return MOST_BUT_TEXTURE
     return MOST_AGAINST if witnesses or _contested(found) else MOST_IN_PART
+
+
+def lost_bits(found: Candidate) -> bool:
+    """Whether a suspect is lost bits that the frames tell: what has one value in every sample is
+    lost, whatever else is wrong, and is no half of anything.
+    """
+    return found.name == BitTruncation.name and found.told is not None
 
 
 def _moves_nearly_all(found: Trail) -> bool:

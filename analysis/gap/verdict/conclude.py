@@ -15,7 +15,7 @@ from analysis.gap.search.choice import (
 )
 from analysis.gap.search.trail import Trail, gap_of, still_untouched
 from analysis.gap.suspects.separating import next_capture
-from analysis.gap.verdict.caps import most_of_a_name
+from analysis.gap.verdict.caps import lost_bits, most_of_a_name
 from analysis.gap.verdict.first_frames import with_first_frames
 from analysis.gap.verdict.places import places
 from analysis.gap.verdict.strength import figure_of
@@ -62,7 +62,10 @@ def conclude(setting: Setting, found: Trail) -> tuple[GapReport, Trail]:
     gap = gap_of(found)
     word = word_of(len(found.choices), gap, still_untouched(found, setting.told))
     each = range(len(found.choices))
-    chances = no_surer([probability_of(k, word, gap, found, setting) for k in each])
+    chances = no_surer(
+        [probability_of(k, word, gap, found, setting) for k in each],
+        [lost_bits(choice.best) for choice in found.choices],
+    )
     if word == "partly explained" and likelier_none(found.choices, chances):
         word = "unexplained"
     if word == "unexplained":

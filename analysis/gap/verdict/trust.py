@@ -129,16 +129,21 @@ def stands_out(lead: Trail, setting: Setting) -> float:
     return min(OF_ONE_THAT_STANDS_OUT, choice.probability, most)
 
 
-def no_surer(chances: Sequence[float]) -> list[float]:
-    """Probabilities of names, none of which is surer than the one that it was found beside.
+def no_surer(chances: Sequence[float], told: Sequence[bool]) -> list[float]:
+    """Probabilities of names, none of which is surer than the one that it was found beside, but for
+    what the frames tell.
 
     What is left of a wrong name is explained by whatever mends it: of two taps of unequal gain a
     spectral response had 0.75 beside a pattern that had 0.34.
 
     Args:
         chances: of the names, in the order in which they were added.
+        told: of each whether it is lost bits that the frames tell.
     """
-    return [min(chance, *chances[:1]) for chance in chances]
+    return [
+        chance if known else min(chance, *chances[:1])
+        for chance, known in zip(chances, told, strict=True)
+    ]
 
 
 def likelier_none(choices: Sequence[Choice], chances: Sequence[float]) -> bool:
