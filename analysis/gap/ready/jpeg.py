@@ -20,8 +20,8 @@ from analysis.gap.ready.setting import Setting
 
 def behind_blocks(setting: Setting, base: Base) -> Base | None:
     """The base with the black level that lit shots point to, the gain of green in all channels, and
-    as much noise and as many offsets in darks as rounding makes, which is what they can hide; None
-    where lit shots do not tell a black level.
+    noise and offsets in darks as large as those of rounding; None where lit shots do not tell a
+    black level.
 
     Args:
         setting: the capture.
