@@ -15,7 +15,7 @@ import pytest
 from analysis.gap.calibrate import counting
 from analysis.gap.calibrate.counting import UNEVEN, in_finer_codes, without_gains
 from analysis.gap.calibrate.refine import FAR
-from analysis.gap.look.arithmetic import FINER
+from analysis.gap.look.arithmetic import FINER, OF_64THS
 from sensor.effects.white_balance import WhiteBalance
 from tests.candidates import BASE
 
@@ -108,9 +108,13 @@ def test_darks_tell_finer_codes_whatever_is_wrong_with_the_light(
     assert (in_finer_codes(found, NOTHING, NOTHING) is finer) is taken
 
 
-def test_halves_up_behind_a_finer_converter_are_a_way_of_counting() -> None:
+@pytest.mark.parametrize(("fills_in", "ways"), [(True, set(FINER)), (False, {OF_64THS})])
+def test_halves_up_behind_a_finer_converter_are_a_way_of_counting(
+    fills_in: bool, ways: set[int]
+) -> None:
     """Means of four samples reach halves less often than the samples themselves, which halves up
-    raise by half a step: in darks of little noise they stand on other codes."""
-    scenery: Any = SimpleNamespace(body=SimpleNamespace(pixels="rgb8"))
+    raise by half a step: in darks of little noise they stand on other codes. Where nothing is
+    filled in they move all codes alike."""
+    scenery: Any = SimpleNamespace(body=SimpleNamespace(fills_in=fills_in))
     base = dataclasses.replace(BASE, arithmetic=0)
-    assert {one.arithmetic for one in counting.finer(base, scenery)} == set(FINER)
+    assert {one.arithmetic for one in counting.finer(base, scenery)} == ways
