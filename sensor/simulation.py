@@ -171,7 +171,7 @@ def _through(
 
 def _through_a_prism(camera: Camera, light: Signal, seed: int, until: Quantity) -> Signal:
     """The signal of a camera of three sensors: what each of them has is drawn for itself."""
-    before, own, after = parts(camera.chain)
+    before, _, after = parts(camera.chain)
     light = _through(camera, before, light, seed, until)
     if until is Quantity.RATE:
         return light
@@ -179,7 +179,7 @@ def _through_a_prism(camera: Camera, light: Signal, seed: int, until: Quantity) 
     seen = []
     for colour, one in sensors(camera).items():
         alone = dataclasses.replace(light, format=one.format)
-        charge = _through(one, own, alone, key_of(seed, colour), until)
+        charge = _through(one, one.effects, alone, key_of(seed, colour), until)
         seen.append(_reach(charge, converted))
     return _through(camera, after, joined(seen, camera), seed, until)
 

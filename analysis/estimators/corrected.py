@@ -9,7 +9,7 @@ o and p the fixed patterns, of variance FPN^2 and PRNU^2. What the printed techn
 standard deviation by standard deviation is here a term of a variance, and every term is fitted
 where the model has it:
 
-1. Only native sites of the mosaic are read, which a demosaic leaves alone (`parts.sites`).
+1. Only native sites of the mosaic are read, which a demosaic leaves alone (`correction.sites`).
 2. Rounding and clipping are part of the likelihood of the codes (`correction.codes`); where noise
    is well above a step, moments tell the same (`correction.cells`).
 3. Shading is a polynomial whose degree is tested; degrees of freedom are counted
@@ -40,10 +40,10 @@ from analysis.estimators.correction.cautions import (
 )
 from analysis.estimators.correction.patterns import Patterns, fit_patterns
 from analysis.estimators.correction.points import points_of
+from analysis.estimators.correction.sites import mosaic_of
 from analysis.estimators.correction.transfer import Transfer, fit_transfer
 from analysis.estimators.parts.cautions import ONE_EXPOSURE
 from analysis.estimators.parts.observations import require_pairs
-from analysis.estimators.parts.sites import mosaic_of
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture
 

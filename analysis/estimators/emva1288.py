@@ -30,7 +30,7 @@ from analysis.estimators.parts.least_squares import fit
 from analysis.estimators.parts.map_error import se_of_mean
 from analysis.estimators.parts.observations import Observation, observe
 from analysis.estimators.parts.panel_noise import FEW_FRAMES, Floats
-from analysis.estimators.parts.sites import filled_in
+from analysis.filled_in import filled_in
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture, Frames, Panel
 
@@ -89,7 +89,7 @@ def emva1288(capture: Capture) -> NoiseParameters:
     areas = {panel.name: panel for panel in capture.areas}
     levels = [_level(seen, stacks[seen.shot.label], areas[seen.panel]) for seen in observations]
     top_dn = capture.frames[0].top_dn
-    filled = filled_in(capture)
+    filled = filled_in(capture.frames)
     warnings = cautions_of(capture, observations, filled_in=filled)
     if filled:
         warnings += (RAW_ONLY,)

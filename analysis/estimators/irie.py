@@ -27,7 +27,7 @@ from analysis.estimators.parts.least_squares import fit
 from analysis.estimators.parts.observations import observe, pattern_covariance
 from analysis.estimators.parts.panel_noise import Floats
 from analysis.estimators.parts.reading import N_D, Reading, point, read_off
-from analysis.estimators.parts.sites import filled_in
+from analysis.filled_in import filled_in
 from analysis.parameters import UNITS, CannotTell, Estimate, Finding, NoiseParameters, Point
 from sensor.frames import Capture
 
@@ -48,7 +48,7 @@ def irie(capture: Capture) -> NoiseParameters:
         TooFewFrames: where a shot has a single frame.
         CaptureError: where a panel is too small.
     """
-    filled = filled_in(capture)
+    filled = filled_in(capture.frames)
     readings = [read_off(seen, demosaiced=filled) for seen in observe(capture)]
     channels: dict[str, dict[str, Finding]] = {}
     dark_means: dict[str, dict[str, float | None]] = {}

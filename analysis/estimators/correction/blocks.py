@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from analysis.estimators.correction.cells import Cell, measure_cell
 from analysis.estimators.correction.patterns import Covariances
 from analysis.estimators.correction.shading import basis, degree_of, highest
+from analysis.estimators.correction.sites import Lattice, lattices
 from analysis.estimators.parts.cautions import CLIPPED, SATURATED
 from analysis.estimators.parts.panel_noise import Floats
-from analysis.estimators.parts.sites import Lattice, lattices
 from sensor.frames import Capture, CaptureError, Shot
 
 LEAST_SITES = 4

@@ -10,9 +10,9 @@ from scipy import stats
 
 from analysis.estimators.correction.blocks import Block, Seen
 from analysis.estimators.correction.patterns import Patterns
+from analysis.estimators.correction.sites import CLOSE, Mosaic
 from analysis.estimators.correction.transfer import Transfer
 from analysis.estimators.parts.cautions import NO_DARKS, NO_LIGHT, no_panels, places
-from analysis.estimators.parts.sites import CLOSE, Mosaic
 from sensor.frames import Capture
 
 DOUBTFUL = 1e-4

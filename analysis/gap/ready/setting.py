@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.filled_in import filled_in
 from analysis.gap.calibrate.darks import black_of
 from analysis.gap.camera.base import Body
 from analysis.gap.camera.light import light_of
@@ -19,7 +20,6 @@ from analysis.gap.look.first_frames import Beginning, beginning, without_beginni
 from analysis.gap.look.lattices import BORDER_PX, Lattice, lattices_of, of_a_mosaic
 from analysis.gap.look.observation import BLOCKS_DOWN, Observation, View
 from analysis.gap.look.observe import begun
-from analysis.gap.look.prism import each_is_measured
 from analysis.gap.look.shots import Plan, plan, stack_of
 from analysis.gap.ready.hints import DirectReading, empty_bits
 from analysis.gap.ready.how_it_counts import HowItCounts, how_it_counts
@@ -134,7 +134,7 @@ def _cfa(lattices: Sequence[Lattice], stacks: Sequence[Frames]) -> str:
         return GREY
     if of_a_mosaic(lattices):
         return "".join(names)
-    return PRISM if each_is_measured([f.dn for f in stacks]) else MOSAICS[0]
+    return MOSAICS[0] if filled_in(stacks) else PRISM
 
 
 def halves(seen: Observation) -> tuple[Observation, Observation]:

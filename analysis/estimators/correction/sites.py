@@ -91,16 +91,6 @@ def mosaic_of(capture: Capture) -> Mosaic:
     return Mosaic(cfa=best if clear else None, stated=False, misfit=misfit[best])
 
 
-def filled_in(capture: Capture) -> bool:
-    """Whether colours were filled in between measured ones: where nobody stated a mosaic, they were
-    unless the noise shows clearly that there is none.
-    """
-    first = capture.frames[0]
-    if not first.demosaiced or first.cfa is not None:
-        return first.demosaiced
-    return mosaic_of(capture).cfa != EVERY_PIXEL
-
-
 def lattices(capture: Capture, panel: Panel, channel: str, cfa: str | None) -> tuple[Lattice, ...]:
     """The native sites of a channel in a panel, each regular lattice for itself.
 

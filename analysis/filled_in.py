@@ -1,8 +1,9 @@
-"""Whether every pixel of a colour image was measured in all its colours, as by three sensors.
+"""Whether colours were filled in, or every pixel was measured in all of them, as by three sensors.
 
 What is filled in is a mean of neighbours, so that a sample has noise in common with those next to
 it: red behind a Bayer mosaic and bilinear interpolation 0.5 with its neighbour along the row. What
-was measured has none in common, whatever it is worth.
+was measured has none in common, whatever it is worth. How loud samples are does not tell the two
+apart: what is smoothed afterwards is as loud everywhere.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.look.lattices import inner
+from sensor.frames import Frames
+
+BORDER_PX = 8
+"""Pixels along the border that are not looked at: what lies beyond it is anybody's guess."""
 
 PAIRS = 4
 """Pairs of frames of a shot whose differences are looked at."""
@@ -32,21 +36,28 @@ WAYS = ((0, 1), (1, 0), (1, 1))
 """Down and to the right, to the neighbours that are looked at."""
 
 
-def each_is_measured(stacks: Sequence[NDArray[Any]]) -> bool:
-    """Whether red and blue, which a mosaic has at every fourth pixel, have no noise in common with
+def filled_in(shots: Sequence[Frames]) -> bool:
+    """Whether colours were filled in: of frames of three colours without a stated mosaic they were,
+    unless red and blue, which a mosaic has at every fourth pixel, have no noise in common with
     their neighbours.
 
     Args:
-        stacks: colour frames of some shots, each (n, H, W, 3).
+        shots: of one camera.
     """
-    least = np.min([_in_common(stack) for stack in stacks], axis=0)
-    return bool((least < IN_COMMON).all())
+    first = shots[0]
+    if not first.demosaiced or first.cfa is not None:
+        return first.demosaiced
+    least = np.min([_in_common(one.dn) for one in shots], axis=0)
+    return not bool((least < IN_COMMON).all())
 
 
 def _in_common(stack: NDArray[Any]) -> NDArray[np.float64]:
     """Least correlation with a neighbour, of red and of blue; 1 where there is no noise."""
-    frames = inner(stack[: 2 * PAIRS])[..., [0, 2]].astype(np.float32)
+    inside = slice(BORDER_PX, -BORDER_PX)
+    frames = stack[: 2 * PAIRS, inside, inside, ::2].astype(np.float32)
     pairs = len(frames) // 2
+    if pairs == 0 or min(frames.shape[1:3]) < 2:
+        return np.ones(2)
     noise = frames[: 2 * pairs : 2] - frames[1 : 2 * pairs : 2]
     noise = noise - noise.mean(axis=(1, 2), keepdims=True)
     power = np.square(noise).mean(axis=(0, 1, 2), dtype=np.float64)
